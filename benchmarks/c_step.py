@@ -21,8 +21,7 @@ from measure import PAGE, placed, reduced, table
 
 from takagi.models.turbine.loader import load_turbine
 from takagi.reports.code.baseline import baseline_program
-from takagi.reports.code.c.source import c_source
-from takagi.reports.code.c.target import wave
+from takagi.reports.code.c.source import c_source, wave
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import read_controller
 from takagi.reports.code.run import ProgramRun

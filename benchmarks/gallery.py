@@ -32,7 +32,7 @@ from takagi.certificates.design.turbine.effort_sharing_gains import wind_observe
 from takagi.certificates.design.turbine.result import speed_filter
 from takagi.certificates.requests import InputLimits
 from takagi.models import Plant, load_model, sector_model
-from takagi.reports.page.rounded_bounds import at_least, at_most
+from takagi.reports.page.text import at_least, at_most
 from takagi.reports.simulation.laws import ChosenLaws
 from takagi.reports.simulation.runs import run_simulation
 from takagi.reports.simulation.tables import table_rows

@@ -9,6 +9,8 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from takagi.cli.texts import verb_text
+
 PROVED = 0  # everything asked is proved and passes
 UNPROVED = 1  # something is DISPROVED, UNDECIDED, or below its threshold
 MISUSE = 2  # what was asked makes no sense, or a file cannot be read or written
@@ -91,14 +93,14 @@ def run_command(
     arguments: Sequence[str],
     *,
     options: Sequence[inspect.Parameter] = (),
+    listed: str = "",
 ) -> int:
     """Parse ``arguments`` by the signature of ``function``, call it, return its exit status.
 
-    The docstring of ``function`` is the help of ``takagi <name> --help``; ``--all-options`` is the
-    same with all grouped options explained.  Misuse prints the usage and returns 2.
+    The help is ``verb_text``, or the docstring of ``function``; ``--all-options`` explains all
+    grouped options too.  Misuse prints the usage and returns 2.
 
-    Parameters
-    ----------
+    listed : what stands in the text for "{listed}".
     options : that several verbs share; the ``**options`` of ``function`` take them, and they stand
         in the help before its keyword-only parameters.
     """
@@ -107,7 +109,7 @@ def run_command(
 
     from takagi.cli.grouped_help import EVERY, GroupedCommand
 
-    signature = _joined(function, options)
+    signature = _joined(name, function, options)
 
     def command(**values: object) -> None:
         # The error handling is inside typer, which would handle interrupts and pipes in its own
@@ -116,7 +118,8 @@ def run_command(
 
     # typer reads the parameters from here.
     described: Any = command
-    described.__name__, described.__doc__ = function.__name__, function.__doc__
+    text = verb_text(name) or function.__doc__ or ""
+    described.__name__, described.__doc__ = function.__name__, text.replace("{listed}", listed)
     described.__signature__ = signature
     described.__annotations__ = {p.name: p.annotation for p in signature.parameters.values()}
     application = typer.Typer(
@@ -150,10 +153,13 @@ def run_command(
 
 
 def _joined(
-    function: Callable[..., int], options: Sequence[inspect.Parameter]
+    name: str, function: Callable[..., int], options: Sequence[inspect.Parameter]
 ) -> inspect.Signature:
     """Return the parameters of the function with the options, all by keyword."""
-    parameters = list(inspect.signature(function, eval_str=True).parameters.values())
+    from takagi.cli.options.given import with_words
+
+    stated = inspect.signature(function, eval_str=True).parameters.values()
+    parameters = [p if p.kind is p.VAR_KEYWORD else with_words(name, p) for p in stated]
     first = [p for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD]
     last = [p for p in parameters if p.kind is p.KEYWORD_ONLY]
     return inspect.Signature([p.replace(kind=p.KEYWORD_ONLY) for p in (*first, *options, *last)])

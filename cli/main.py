@@ -6,8 +6,10 @@ import atexit
 import gc
 import os
 import sys
+import tomllib
 from collections.abc import Sequence
 from importlib import import_module
+from importlib.resources import files
 from typing import NamedTuple
 
 from takagi.cli.command import MISUSE, guard
@@ -21,62 +23,10 @@ class Verb(NamedTuple):
     example: str = ""  # what `takagi --help` shows under "First steps", without the word takagi
 
 
-VERBS = (
-    Verb("new", "Write the file of a plant or turbine of your own", "new pendulum.toml"),
-    Verb("models", "List the built-in models", "models"),
-    Verb(
-        "design",
-        "Design a controller, prove what is claimed of it, and report",
-        "design nrel5mw --out build/nrel5mw",
-    ),
-    Verb(
-        "check",
-        "Check a certificate in exact arithmetic, trusting nothing else in it",
-        "check build/nrel5mw/certificate.json",
-    ),
-    Verb(
-        "explore",
-        "Turn settling time, limits and starts on a page, and see what is proved",
-        "explore cart_pole",
-    ),
-    Verb("certify", "Write a certificate for given gains, or for new ones"),
-    Verb("verify", "Say what is proved of an LMI or conic problem of another program"),
-    Verb("compare", "Compare designs of one plant, also on one page"),
-    Verb("sweep", "Map where a turbine's law is proved, over a grid of its parameters"),
-    Verb("study", "Compare a turbine's laws in many winds: fatigue, energy, what is proved"),
-    Verb("tune", "Tune a turbine's law for loads, energy and recovery; every point is proved"),
-    Verb(
-        "export",
-        "Write a law as code for other tools, or a certificate's matrices for a proof assistant",
-    ),
-    Verb("report", "Write the report and its figures alone"),
-    Verb("appendix", "Write the design as a LaTeX appendix for a paper"),
-    Verb(
-        "simulate",
-        "Simulate laws on the nonlinear plant: a turbine's side by side in winds, another's alone",
-        "simulate nrel5mw --out build/simulation",
-    ),
-    Verb("help", "Explain a verb or a subject: units, verdicts, wishes, margins, ..."),
+_TEXTS = tomllib.loads(files("takagi.cli").joinpath("main.toml").read_text(encoding="utf-8"))
+VERBS = tuple(
+    Verb(name, words["line"], words.get("example", "")) for name, words in _TEXTS["verbs"].items()
 )
-
-
-_INTRODUCTION = """\
-Usage: takagi VERB [OPTIONS] ...
-
-Design gain-scheduled controllers for Takagi-Sugeno models, and prove what is claimed of them.
-"""
-
-_CLOSING = """\
-`takagi VERB --help` explains a verb, `takagi help TOPIC` a subject; `takagi --version` says which
-release this is.
-MODEL is a built-in name (see `takagi models`) or the path of a TOML file, which `takagi new`
-writes; `takagi help start` shows the way from there.
-
-Exit status:
-  0  everything that was asked is proved and passes
-  1  something is not: DISPROVED, UNDECIDED, or a margin below its threshold
-  2  misuse: the message says what was given, what was needed, and what to do
-"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -152,7 +102,18 @@ def _help() -> str:
     width = max(len(verb.name) for verb in VERBS)
     verbs = [f"  {verb.name:<{width}}  {verb.help}" for verb in VERBS]
     steps = [f"  takagi {verb.example}" for verb in VERBS if verb.example]
-    return "\n".join([_INTRODUCTION, "Verbs:", *verbs, "", "First steps:", *steps, "", _CLOSING])
+    return "\n".join(
+        [
+            _TEXTS["introduction"],
+            "Verbs:",
+            *verbs,
+            "",
+            "First steps:",
+            *steps,
+            "",
+            _TEXTS["closing"],
+        ]
+    )
 
 
 def _unknown(word: str) -> str:

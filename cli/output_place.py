@@ -1,4 +1,4 @@
-"""Checks before long work whether its result can be written."""
+"""Checks before long work whether its result can be written, and long work whose results stay."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ import errno
 import os
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
+from takagi.cli.progress import Tell, progress
 from takagi.reports.output import OutputError
+
+Result = TypeVar("Result")
 
 # The output of a design has this size: a disk with less space is reported now.
 _ROOM = 4_000_000
@@ -76,11 +79,27 @@ def _try_to_write(folder: Path) -> None:
         raise OutputError(folder, error) from error
 
 
-@contextmanager
-def finished_results_kept(folder: Path, what: str = "results") -> Iterator[None]:
-    """Say at Ctrl-C that what is finished stays in ``folder``, and let the interrupt pass."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        print(f"Finished {what} are kept in {folder}: the same command goes on.", file=sys.stderr)
-        raise
+def kept_results(
+    title: str,
+    out: Path,
+    work: Callable[[Tell], Result],
+    files_of: Callable[[Result], Mapping[str, bytes | str]],
+    *,
+    what: str = "results",
+) -> tuple[Result, list[str]]:
+    """Return the result of a long work and the files that were written of it into ``out``.
+
+    Ctrl-C says that what is finished stays there, and passes.
+    """
+    from takagi.reports.output import write_folder
+
+    with progress(title) as tell:
+        try:
+            result = work(tell)
+        except KeyboardInterrupt:
+            print(f"Finished {what} are kept in {out}: the same command goes on.", file=sys.stderr)
+            raise
+        tell("figures and tables")
+        files = files_of(result)
+        write_folder(out, files)
+    return result, [str(out / name) for name in files]

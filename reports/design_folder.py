@@ -27,13 +27,13 @@ Tell = Callable[[str], None]
 # Kind of model -> what makes its gain file, report, summary and appendix: module and function.
 _MADE_BY: Mapping[str, Mapping[str, str]] = {
     "turbine": {
-        "gains": "gains_file.turbine:gain_file",
+        "gains": "gains_file.envelope:gain_file",
         "report": "sections.turbine.page:report_html",
         "summary": "sections.turbine.summary:summary_rows",
         "appendix": "appendix.design_files:appendix_files",
     },
     "plant": {
-        "gains": "gains_file.plant:plant_gain_file",
+        "gains": "gains_file.envelope:plant_gain_file",
         "report": "sections.plant.page:plant_report_files",
         "summary": "sections.plant.summary:summary_rows",
         "appendix": "appendix.design_files:plant_appendix",

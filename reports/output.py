@@ -7,8 +7,12 @@ import errno
 import io
 import os
 import tempfile
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
+from importlib.resources import files
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 
 class OutputError(OSError):
@@ -22,6 +26,19 @@ class OutputError(OSError):
 
     def __str__(self) -> str:
         return f"cannot write {explain(self)}"
+
+
+@cache
+def read_words(place: str) -> Mapping[str, Any]:
+    """Return a TOML file of words; ``place`` is below ``takagi.reports``."""
+    text = files("takagi.reports").joinpath(place).read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+def sentence(place: str, key: str, **filled: Any) -> str:
+    """Return a sentence of such a file, its gaps filled."""
+    gaps: str = read_words(place)["sentences"][key]
+    return gaps.format(**filled)
 
 
 def write_file(path: str | Path, data: bytes | str) -> Path:
@@ -199,6 +216,20 @@ def markdown_table(rows: Sequence[Mapping[str, object]]) -> str:
     ]
     rule = "|" + "|".join("-" * (width + 2) for width in widths) + "|"
     return "\n".join([lines[0], rule, *lines[1:]]) + "\n"
+
+
+def markdown_page(room: str, name: str, **values: object) -> str:
+    """Return ``name.md.jinja`` of a room of reports, filled; rows become tables by ``|table``."""
+    # Imported here: `takagi check` does without it.
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader(f"takagi.reports.{room}", ""), undefined=jinja2.StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
+    )  # fmt: skip
+    short = lambda x: f"{x:g}" if isinstance(x, float | int) else [f"{v:g}" for v in x]  # noqa: E731
+    environment.filters |= {"table": markdown_table, "short": short}
+    return environment.get_template(f"{name}.md.jinja").render(values)
 
 
 def _cell(value: object) -> str:

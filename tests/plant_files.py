@@ -29,8 +29,7 @@ def designed_in(folder: Path, text: str, name: str = "plant.toml") -> PlantDesig
     from takagi.certificates.design.plant.design import design_plant
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.certificates.document.certificate_file import dumps
-    from takagi.reports.gains_file.envelope import dump_gains
-    from takagi.reports.gains_file.plant import plant_gain_file
+    from takagi.reports.gains_file.envelope import dump_gains, plant_gain_file
 
     path = written(folder, text, name)
     design = design_plant(load_plant(path), files=PlantFile.of(path).files)

@@ -9,8 +9,7 @@ import pytest
 
 from takagi.certificates import TurbineDesign
 from takagi.reports.margins.running_loop import NOMINAL, RunningLoops
-from takagi.reports.margins.running_over_wind import running_margins
-from takagi.reports.margins.running_search import SearchedMargins
+from takagi.reports.margins.running_over_wind import SearchedMargins, running_margins
 from takagi.reports.simulation import measured_loop
 from takagi.reports.simulation.measured_loop import MeasuredLoop
 

@@ -8,20 +8,29 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from typer.models import OptionInfo
 
+from takagi.cli.texts import option_words
 from takagi.models.errors import ModelError
 
 Options = tuple[Parameter, ...]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")]
-# Which processes compute many tasks.
-WORKERS_HELP = "Processes; as many as there are cores unless given."
-SCHEDULER_HELP = (
-    "A Dask scheduler, such as tcp://127.0.0.1:8786, whose workers compute in place of processes "
-    "here; needs takagi[cluster]."
-)
-Workers = Annotated[int | None, typer.Option(metavar="N", help=WORKERS_HELP)]
-Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help=SCHEDULER_HELP)]
-OutFolder = Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")]
+_KINDS: Mapping[str, Any] = {
+    "": str,
+    "flag": bool,
+    "float": float,
+    "int": int,
+    "list": list[str],
+    "pair": tuple[str, str],
+    "path": Path,
+}
+_ANNOTATED: Any = Annotated
+# Spellings other than the name's.
+_SPELLED = {
+    "out": ("--out", "-o"),
+    "as_json": ("--json",),
+    "every_claim": ("--all",),
+    "wind": ("--wind", "--scenario"),
+}
 # Options of a certificate for given gains; all other options of a design concern making gains.
 _OF_GIVEN_GAINS = (
     "inertia",
@@ -47,54 +56,53 @@ def option_of(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
-def option(
-    declared: str,
-    words: str,
-    kind: Any = str,
-    *,
-    default: Any = None,
-    callback: Callable[..., Any] | None = None,
-    alias: str = "",
-) -> Parameter:
-    """Return the declaration of an option as a parameter, which ``run_command`` reads.
+def declared(*groups: str, callback: Callable[..., Any] | None = None) -> Options:
+    """Return the options of groups of ``options.toml`` as parameters, which ``run_command`` reads.
 
-    Parameters
-    ----------
-    declared : name of the parameter, and behind a space what stands for its value in the help.
-    words : the help;  kind : the type of its value, bool for one without.
-    alias : another spelling, an earlier one.
+    ``callback`` : what reads the value of --law.
     """
-    name, _, metavar = declared.partition(" ")
-    if kind is bool:
-        default = False
-    taken = kind if default is not None else kind | None
-    spellings = (option_of(name), alias) if alias else (option_of(name),)
-    stated = typer.Option(*spellings, metavar=metavar or None, help=words, callback=callback)
-    annotated: Any = Annotated
-    annotation = annotated[taken, stated]
-    return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+    options = []
+    for group in groups:
+        words = dict(option_words(group))
+        title = words.pop("title", None)
+        for key, stated in words.items():
+            head, _, kind = key.partition(": ")
+            name, _, metavar = head.partition(" ")
+            default = False if kind == "flag" else None
+            if not isinstance(stated, str):
+                stated, default = stated["help"], stated["default"]
+            taken = _KINDS[kind] if default is not None else _KINDS[kind] | None
+            option = _option(name, metavar, stated, callback if name == "law" else None)
+            option.rich_help_panel = title
+            annotation = _ANNOTATED[taken, option]
+            options.append(
+                Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+            )
+    return tuple(options)
 
 
-def group(title: str, *options: Parameter) -> Options:
-    """Return the options, which the help lists below the title."""
-    for stated in options:
-        stated.annotation.__metadata__[0].rich_help_panel = title
-    return options
+def with_words(verb: str, parameter: Parameter) -> Parameter:
+    """Return an option of a verb's function with its words in ``options.toml``."""
+    if hasattr(parameter.annotation, "__metadata__"):
+        return parameter
+    stated_words = *option_words(verb).items(), *option_words("every-verb").items()
+    for key, stated in stated_words:
+        name, _, metavar = key.partition(" ")
+        if name == parameter.name:
+            option = _option(name, metavar, stated)
+            annotation = _ANNOTATED[parameter.annotation, option]
+            return parameter.replace(annotation=annotation)
+    return parameter
 
 
-# Turbines and plants both have one, with words of their own.
-(OBJECTIVE,) = group(
-    "Turbines and plants: what is made best",
-    option(
-        "objective NAME",
-        "Turbines: what the one-step search improves: balanced (wind limits, and some decay), "
-        "wind-class (the limits alone) or decay; --one-step alone means balanced. The wind limits "
-        "are no narrower than those of the two-step gains, on average and at the weakest wind. "
-        "Effort-sharing law. Plants: what is made best beside all that is asked: hinf, h2 or peak "
-        "(a norm from --disturbances to --performance), decay, or effort (the share of the "
-        "inputs' limits that is used from --initial).",
-    ),
-)
+def _option(
+    name: str, metavar: str, words: str, callback: Callable[..., Any] | None = None
+) -> OptionInfo:
+    spellings = _SPELLED.get(name, (option_of(name),))
+    option: OptionInfo = typer.Option(
+        *spellings, metavar=metavar or None, help=words, callback=callback
+    )
+    return option
 
 
 def defaults_of(options: Options) -> dict[str, Any]:

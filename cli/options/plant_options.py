@@ -1,4 +1,4 @@
-"""The options of a plant's design; they replace entries of ``[design]`` in the plant's file."""
+"""The options of a plant's design, in place of entries of ``[design]``, and of its simulation."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from takagi.cli.options.given import OBJECTIVE, Options, group, option, option_of
+from takagi.cli.options.given import Options, declared, option_of
 from takagi.models.errors import ModelError, did_you_mean
 
 if TYPE_CHECKING:
     from takagi.models.plant.design_settings import PlantSettings
-    from takagi.models.plant.entries import VariableEntry
+    from takagi.models.plant.entries import PlantEntry, VariableEntry
     from takagi.models.plant_files.loader import PlantFile
+    from takagi.models.plant_simulation.signals import Noise, Signal
+    from takagi.reports.simulation.plant_words import PlantScenario
 
 _TIME = re.compile(r"\s*([-+]?[0-9]{0,9}\.?[0-9]{1,9})\s*(\S*)\s*")
 
@@ -45,108 +47,12 @@ _PAIR = re.compile(
 )
 
 
-_SPEED = group(
-    "Plants: speed and poles",
-    option("decay_rate RATE", 'Plants: decay rate [1/s], or "max"; a moderate one unless given.'),
-    option(
-        "settle TIME",
-        "Plants: time in which the square root of V falls to 2 %, such as 2s, in place of a decay "
-        "rate.",
-    ),
-    option(
-        "effort HOW",
-        "Plants: small (half of every input's range at most, slower), moderate, or large (faster, "
-        "for a smaller set or larger gains); moderate unless given.",
-    ),
-    option("damping", "Plants: least damping ratio of the poles, below 1.", float),
-    option("fastest", "Plants: largest size of the poles [1/s].", float),
-)
-_LIMITS = group(
-    "Plants: limits and starts",
-    option(
-        "input_limit INPUT=VALUE",
-        "Plants: largest deviation of an input from rest, in its unit or with one: force=2kN; may "
-        "be repeated. Ranges of inputs unless given.",
-        list[str],
-    ),
-    option(
-        "initial STATE=VALUE",
-        "Plants: half-width of the box of initial states, in the state's unit or with one: "
-        "angle=10deg; may be repeated. A state not named starts at rest.",
-        list[str],
-    ),
-    option("gain_bound", "Plants: bound on the spectral norm of every gain [SI].", float),
-)
-_NORM = group(
-    "Plants: what a norm is about",
-    option(
-        "performance NAMES",
-        "Plants: outputs, states and inputs that a norm is about, by name, joined by commas; all "
-        "outputs unless given, without any the states over their ranges.",
-        list[str],
-    ),
-    option(
-        "disturbances NAMES",
-        "Plants: disturbances that a norm is about, joined by commas; all unless given.",
-        list[str],
-    ),
-    option(
-        "norm_below",
-        "Plants: the norm that is enough, in units of the performance per unit of the disturbance, "
-        "as the file has them; about the least unless given.",
-        float,
-    ),
-)
-_LAW = group(
-    "Plants: law and model",
-    option(
-        "controller NAME",
-        "Plants: static, for gains on the measured states alone, or order=2, for a controller of "
-        "them with two states of its own; an observer unless given, where the file says what is "
-        "measured.",
-    ),
-    option(
-        "relaxation NAME",
-        "Plants: relaxation of the double sum, such as tanaka-wang, or auto; all pairs of rules "
-        "unless given.",
-    ),
-    option("choice NAME", "Plants: how premises are chosen, fewest-rules or least-conservative."),
-    option("solve_rest", "Plants: solve for the inputs that hold the states at rest.", bool),
-)
-_FURTHER = group(
-    "Plants: further claims, and the time of the search",
-    option(
-        "safe_start KIND",
-        "Plants: polynomial, to prove also a set of safe starts with a polynomial function, where "
-        "plant and law are polynomials in the states; ellipsoid unless given.",
-    ),
-    option(
-        "sample_time TIME",
-        "Plants: prove the loop of a law that runs every TIME, such as 10ms, and holds its "
-        "command; continuous time alone unless given.",
-    ),
-    option(
-        "noise DISTURBANCE=VALUE",
-        "Plants: a disturbance without a range is white noise; VALUE is the root of its intensity "
-        "(two-sided spectral density), in the disturbance's unit times sqrt(s): gust=0.3; may be "
-        "repeated.",
-        list[str],
-    ),
-    option(
-        "horizon TIME",
-        "Plants: bound the probability that the noise drives the state out of a set in its box "
-        "within TIME, such as 10min.",
-    ),
-    option(
-        "time TIME",
-        "Plants: time that a gain for every rule may take, such as 60s or 5min, by an estimate; "
-        "where it takes longer, fewer gains are sought. 120s unless given.",
-    ),
-)
 # Of the loop and of the model.
-PLANT_OPTIONS: Options = (*_SPEED, *_LIMITS, OBJECTIVE, *_NORM, *_LAW)
+PLANT_OPTIONS: Options = declared(
+    "plant-speed", "plant-limits", "objective", "plant-norm", "plant-law"
+)
 # Of a design and its certificate; a simulation has its own --sample-time and --noise.
-PLANT_DESIGN_OPTIONS: Options = (*PLANT_OPTIONS, *_FURTHER)
+PLANT_DESIGN_OPTIONS: Options = (*PLANT_OPTIONS, *declared("plant-claims"))
 
 
 def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings:
@@ -308,3 +214,91 @@ def seconds_of(number: str, unit: str, option: str) -> float:
     if typed_unit.dimension != parse_unit("s").dimension:
         raise ModelError(f"{option}: {unit!r} is no unit of time; 60s and 10ms have one")
     return float(typed_unit.to_si(Fraction(number)))
+
+
+_SHAPES = '"load=step 0.2 at 1s"'
+
+
+def plant_scenario(
+    entry: PlantEntry, options: Mapping[str, Any], *, duration: float | None
+) -> PlantScenario:
+    """Return the scenario that was asked for on the command line.
+
+    Raises
+    ------
+    ModelError : a name, kind, unit or time that makes no sense for the plant; names the option.
+    """
+    from takagi.models.plant_simulation.signals import Noise
+    from takagi.reports.simulation.plant_words import PlantScenario
+
+    seed = options["seed"] or 0
+    if seed < 0:
+        raise ModelError(f"option --seed: {seed} was given; 0 or more is needed")
+    step = None
+    if options["sample_time"] is not None:
+        step = time_asked("--sample-time", options["sample_time"])
+        if not step > 0:
+            raise ModelError(
+                f"option --sample-time: {options['sample_time']!r} was given; a time above 0 is "
+                "needed, such as 10ms"
+            )
+        if duration is not None and step > duration:
+            raise ModelError(
+                f"option --sample-time: {step:g} s is longer than the run of {duration:g} s; give "
+                "a shorter one, or a longer --duration"
+            )
+    outer = {**entry.disturbances, **entry.scheduling}
+    moved = [
+        _signal("--disturbance", text, outer, (seed, k), "disturbance", duration)
+        for k, text in enumerate(options["disturbance"] or [])
+    ]
+    texts = [part for text in options["noise"] or [] for part in text.split(",")]
+    measured: list[tuple[str, Noise]] = []
+    for k, text in enumerate(texts, len(moved)):
+        name, sign, size = text.partition("=")
+        # The kind of signal is known here, but writing it is allowed.
+        plain = size.strip().removeprefix("white ").removeprefix("noise ")
+        signal_text = f"{name}{sign}{'noise ' * bool(plain)}{plain}"
+        name, signal = _signal(
+            "--noise", signal_text, entry.all_states, (seed, k), "state", duration
+        )
+        assert isinstance(signal, Noise)
+        if step is not None and signal.every and signal.every < step:
+            # The program reads one value per sample and would not see the others.
+            signal = replace(signal, every=step)
+        measured.append((name, signal))
+    return PlantScenario(tuple(moved), tuple(measured), step)
+
+
+def _signal(
+    option: str,
+    text: str,
+    variables: Mapping[str, VariableEntry],
+    seed: tuple[int, ...],
+    what: str,
+    duration: float | None,
+) -> tuple[str, Signal]:
+    from takagi.models.files.units import parse_unit
+    from takagi.models.plant_simulation.signals import parse_signal
+
+    name, found, written = (part.strip() for part in text.partition("="))
+    if not found or not written:
+        example = _SHAPES if what == "disturbance" else '"angle=0.5 deg"'
+        raise ModelError(f"option {option} {text.strip()!r}: NAME=... is needed, such as {example}")
+    if name not in variables:
+        listed = ", ".join(variables) or "none"
+        raise ModelError(
+            f"option {option} {text.strip()!r}: there is no {what} {name}"
+            f"{did_you_mean(name, variables)}; the plant has {listed}"
+        )
+    place = f"option {option} {name}:"
+    signal = parse_signal(
+        written, parse_unit(variables[name].unit), place=place, seed=seed, every=lambda: 0.0
+    )
+    start = getattr(signal, "start", 0.0)
+    if duration is not None and start >= duration:
+        raise ModelError(
+            f"{place} {written!r} begins at {start:g} s, but the run ends at {duration:g} s; "
+            f"let it begin earlier, or give a --duration beyond {start:g}"
+        )
+    return name, signal

@@ -24,7 +24,6 @@ _OF_GAINS = ("bandwidth", "bandwidth_growth")
 _OF_EFFORT_SHARING = (
     "overlap",
     *_OF_GAINS,
-    "margins",
     "inertia",
     "power_coefficient",
     "equilibrium_wake",

@@ -158,7 +158,7 @@ def _certificate_beside(gains: Path, digest: str) -> Mapping[str, Any] | None:
 def _changes_of_model(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
     from takagi.certificates.checker.kernel.reader import read_text
     from takagi.certificates.document.certificate_file import dumps
-    from takagi.reports.baseline.changes import changes
+    from takagi.reports.baseline.comparison import changes
 
     read = read_text(dumps(new), "certificate")
     pair = ({"model": document["model"]} for document in (old, read))

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from takagi.reports.baseline.comparison import CertificateComparison
 
 TOLERANCE = "5%"
-TOLERANCE_HELP = "By how much of its old value a figure may get worse, e.g. 5% or 0.05."
 _LONGEST = 20
 
 

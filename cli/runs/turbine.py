@@ -11,11 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
 from takagi.cli.options.given import Options, as_typed
 from takagi.cli.options.turbine_options import TURBINE_OPTIONS
-from takagi.cli.options.turbine_settings import (
-    EFFORT_SHARING,
-    design_settings,
-    uncertainty_asked,
-)
+from takagi.cli.options.turbine_settings import EFFORT_SHARING, design_settings, uncertainty_asked
 from takagi.cli.progress import Step, Tell
 from takagi.models.errors import ModelError
 
@@ -24,7 +20,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.models.turbine.data import Turbine
     from takagi.models.turbine.loader import TurbineFile
-    from takagi.reports.margins.thresholds import AskedMargins
 
 Value = TypeVar("Value")
 # With the NREL 5-MW turbine, on one core.
@@ -60,38 +55,15 @@ class TurbineMaker:
         """Return the finished design."""
         turbine, files = self.source.model, self.source.files
         settings = design_settings(turbine, **self.asked)
-        margins = self._margins(turbine, settings)
 
         def work(noted: Tell) -> TurbineDesign | NoDesign:
             from takagi.certificates.design.turbine.design import design_turbine
 
-            if margins is None:
-                notes = _stability(turbine, settings, noted)
-                finished = design_turbine(turbine, settings, files=files, tell=noted)
-                return replace(finished, notes=notes)
-            from takagi.reports.margins.kept_margins import NoMargins, settings_with_margins
-
-            given = [name for name, value in self.asked.items() if value not in (None, False)]
-            outcome = settings_with_margins(turbine, settings, margins, given=given, tell=noted)
-            if isinstance(outcome, NoMargins):
-                return NoDesign(outcome.reason)
-            finished = design_turbine(turbine, outcome.settings, files=files, tell=noted)
-            return replace(finished, notes=outcome.notes)
+            notes = _stability(turbine, settings, noted)
+            finished = design_turbine(turbine, settings, files=files, tell=noted)
+            return replace(finished, notes=notes)
 
         return self._answered(work, tell)
-
-    def _margins(self, turbine: Turbine, settings: DesignSettings) -> AskedMargins | None:
-        """Return the margins that the command line asks for, or else the file; None for none."""
-        written = self.asked["margins"] or self.source.margins
-        if written is None:
-            return None
-        # Imported here: few designs ask, and it imports all that linearises.
-        from takagi.reports.margins.kept_margins import check_margins_asked
-        from takagi.reports.margins.thresholds import asked_margins
-
-        asked = asked_margins(written)
-        check_margins_asked(turbine, settings, asked)
-        return asked
 
     def certify(self, gains: Path, tell: Tell) -> CertifiedLaw | NoDesign:
         """Return the certificate of a gain file's law, as it stands."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.design.plant.candidates import BESIDE
-from takagi.cli.terminal.files import claims_as_data
 from takagi.cli.terminal.rows import (
+    claims_as_data,
     headline,
     row_as_data,
     row_lines,

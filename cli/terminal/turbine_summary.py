@@ -5,8 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from takagi.cli.options.turbine_options import typed_name
-from takagi.cli.terminal.files import claims_as_data
-from takagi.cli.terminal.rows import headline, row_as_data, row_lines, summary_lines, wrapped_claims
+from takagi.cli.terminal.rows import (
+    claims_as_data,
+    headline,
+    row_as_data,
+    row_lines,
+    summary_lines,
+    wrapped_claims,
+)
 from takagi.models.laws.protocol import law_words
 
 if TYPE_CHECKING:

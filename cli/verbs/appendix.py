@@ -6,12 +6,8 @@ import json
 from functools import partial
 from pathlib import Path
 from shutil import which
-from typing import Annotated
-
-import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson
 from takagi.cli.options.turbine_options import Folder
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
@@ -24,19 +20,8 @@ _NO_TEX = (
 )
 
 
-def appendix(
-    folder: Folder,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="OUT", help="The folder to write.")],
-    *,
-    as_json: AsJson = False,
-) -> int:
-    """Write the LaTeX appendix of the design in DIR; nothing is designed again.
-
-    Leaves appendix.tex, which compiles alone, appendix-body.tex for a paper of your own, their
-    references in appendix.bib, and the figures as PDF.
-
-    Exit status: 0 PROVED; 1 not proved; 2 misuse, or a folder that is no finished design.
-    """
+def appendix(folder: Folder, out: Path, *, as_json: bool = False) -> int:
+    """Write the LaTeX appendix of the design in DIR; nothing is designed again."""
     require_folder_place(out, files=[_MAIN, _BODY, _BIB], folders=[_FIGURES])
     from takagi.reports.design_folder import appendix_files, read_design
     from takagi.reports.output import write_folder

@@ -6,26 +6,23 @@ import json
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson, refuse_designing
+from takagi.cli.options.given import refuse_designing
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import require_file_place
 from takagi.cli.progress import progress
 from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
 from takagi.cli.runs.previous_certificate import (
     TOLERANCE,
-    TOLERANCE_HELP,
     PreviousCertificate,
     compared,
     read_baseline,
     tolerance_of,
 )
-from takagi.cli.terminal.files import tell_none
+from takagi.cli.terminal.rows import tell_none
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -35,39 +32,16 @@ if TYPE_CHECKING:
 
 def certify(
     model: Model,
-    out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FILE", help="The certificate to write.")
-    ],
-    gains: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="A gain file: certify its law as it stands.")
-    ] = None,
-    gains_out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write the gain file anew: same law, this model."),
-    ] = None,
-    baseline: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="An older certificate: fail if something got worse."),
-    ] = None,
-    tolerance: Annotated[str, typer.Option(metavar="SHARE", help=TOLERANCE_HELP)] = TOLERANCE,
+    out: Path,
+    gains: Path | None = None,
+    gains_out: Path | None = None,
+    baseline: Path | None = None,
+    tolerance: str = TOLERANCE,
     *,
-    as_json: AsJson = False,
+    as_json: bool = False,
     **options: Any,
 ) -> int:
-    """Write a certificate for MODEL with the gains of a file, or with gains designed anew.
-
-    With --gains the law is in the file: only --inertia, --power-coefficient and --equilibrium-wake
-    apply to a turbine, --choice, --solve-rest, what is claimed in samples and under noise, and a
-    norm to a plant: --objective hinf, h2 or peak.
-
-    The certificate is bound to the whole gain file. Fields that do not agree with MODEL are listed,
-    such as the range of an input that has changed. --gains-out writes the file again.
-
-    With --baseline every figure of an older certificate is compared: decay rates, gains, sets,
-    wind limits, margins. Nothing that it proves may be lost or get worse by more than --tolerance.
-
-    Exit status: 0 PROVED; 1 not proved, or worse than the baseline; 2 misuse.
-    """
+    """Write a certificate for MODEL with the gains of a file, or with gains designed anew."""
     require_file_place(out)
     if gains_out is not None:
         _require_gains_out(gains, gains_out, out)
@@ -160,7 +134,7 @@ def _print(
     alone: bool,
     as_json: bool,
 ) -> None:
-    from takagi.cli.terminal.files import claim_lines, claims_as_data
+    from takagi.cli.terminal.rows import claim_lines, claims_as_data
 
     if as_json:
         data = {"certificate": str(out), **claims_as_data(checked)}
@@ -169,7 +143,7 @@ def _print(
         if warned:
             data["notes"] = warned.splitlines()
         if old is not None and difference is not None:
-            from takagi.reports.baseline.words import as_data
+            from takagi.reports.baseline.page import as_data
 
             data["baseline"] = {"certificate": str(old.source), **as_data(difference)}
         print(json.dumps(data, indent=2))
@@ -177,7 +151,7 @@ def _print(
     words = ", of the vertices alone: not of the plant" if alone else ""
     print("\n".join([f"{out}: {checked.verdict.name}{words}", *claim_lines(checked)]))
     if old is not None and difference is not None:
-        from takagi.reports.baseline.words import as_text
+        from takagi.reports.baseline.page import as_text
 
         print(f"\n{as_text(difference, source=str(old.source))}")
     if warned:

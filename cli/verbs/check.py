@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from takagi.cli.command import MISUSE, PROVED, UNPROVED, tell_error
 from takagi.cli.progress import progress
-from takagi.cli.terminal.files import claim_lines, claims_as_data, trusted_text
+from takagi.cli.terminal.rows import claim_lines, claims_as_data, trusted_text
+from takagi.cli.texts import option_words, verb_text
 
 if TYPE_CHECKING:
     from takagi.certificates.audit.trusted_lines import Trusted
@@ -24,44 +25,6 @@ if TYPE_CHECKING:
     from takagi.reports.margins.thresholds import AskedMargins
 
 _USAGE = "takagi check [OPTIONS] CERT"
-
-_DESCRIPTION = """\
-Check a certificate: prove each of its claims again, in exact arithmetic.
-
-The checker reads the file with its own strict reader and computes every range again. It imports
-neither the solver nor any code that made the certificate.
-"""
-
-_EPILOG = """\
-Examples:
-  takagi check build/nrel5mw                          with the gains and the model of the design
-  takagi check build/nrel5mw/certificate.json
-  takagi check certificate.json --gains gains.json    the claims are about these very gains
-  takagi check certificate.json --gains gains.json --c-source law.c
-                                                      and the C file is their export
-  takagi check certificate.json --gains gains.json --model nrel5mw --margins "gain 1.5, phase 10deg"
-                                                      a turbine's loop that runs has these margins
-  takagi check certificate.json --junit checks.xml    for continuous integration
-  takagi check certificate.json --trusted             the code that the verdict depends on
-
---trusted lists the checker's files that were loaded for this verdict, with their lines of code
-(no blank line, comment or docstring), and how many of these were executed. A line counts as
-executed when its statement has begun. Files that make the sentences are loaded after the last
-verdict, and counted separately.
-
---margins takes gain (a factor, or dB), phase (deg), delay (s) and disk (alpha of both loops
-together), and of the program sample (20ms unless given) and computing (0ms unless given). The
-loops are opened at torque and at pitch, with observer, filters, sampling, wake, flap, tower and
-torsion in them, at all winds, for inertia 0.9 to 1.1 and wakes from equilibrium to frozen. Margins
-are measured on the linearised loops in floating point; they are not proved.
-
-Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, the gain or model file
-differs from the certificate, the gain file leaves out what is to be compared, the C file is not the
-gain file's export, a margin is below its threshold, or with --cross the two deciders differ; 2 a
-file is damaged or cannot be read.
-A claim with a range that FLINT does not settle is named in the last line, in JSON under
-cross.not_replayed, and changes no status.
-"""
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -306,7 +269,7 @@ def _as_json(
     }
     if trusted is not None:
         # Imported here: few ask for it.
-        from takagi.cli.terminal.files import as_data
+        from takagi.cli.terminal.rows import as_data
 
         answer["trusted"] = as_data(trusted)
     if compared is not None:
@@ -337,8 +300,8 @@ def _parser() -> _Parser:
     parser = _Parser(
         prog="takagi check",
         usage=_USAGE,
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
+        description=verb_text("check"),
+        epilog=verb_text("check, behind the options"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
@@ -349,36 +312,11 @@ def _parser() -> _Parser:
         type=Path,
         help="the certificate file, or the folder of a design",
     )
-    add = parser.add_argument
-    add("--gains", metavar="FILE", type=Path, help="a gain file that must hold the proved gains")
-    add(
-        "--model",
-        metavar="FILE",
-        type=Path,
-        help="a model file, or a built-in name, that must be the proved model",
-    )
-    add(
-        "--allow-old-gain-files",
-        action="store_true",
-        help="accept a gain file without limits or programs, of which less is compared",
-    )
-    add(
-        "--c-source",
-        metavar="FILE",
-        type=Path,
-        help="a C file of `takagi export --to c` that must be the export of the gain file",
-    )
-    add(
-        "--margins",
-        metavar="TEXT",
-        help="margins that a turbine's loop that runs must have, such as "
-        "'gain 1.5, phase 10deg, delay 15ms'; needs --gains and --model",
-    )
-    add("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML")
-    add("--sarif", metavar="FILE", type=Path, help="write what is not proved as SARIF 2.1.0")
-    add("--summary", metavar="FILE", type=Path, help="write the results as a Markdown table")
+    for declared, words in option_words("check").items():
+        name, _, metavar = declared.partition(" ")
+        kind: dict[str, Any] = {"metavar": metavar, "type": str if metavar == "TEXT" else Path}
+        parser.add_argument(
+            f"--{name}", help=words, **kind if metavar else {"action": "store_true"}
+        )
     parser.set_defaults(plant_file=None, folder=None, rows=())
-    add("--json", action="store_true", help="print JSON, for machines")
-    add("--trusted", action="store_true", help="list the code that the verdict ran through")
-    add("--cross", action="store_true", help="decide with FLINT too; 1 where the verdicts differ")
     return parser

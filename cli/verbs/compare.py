@@ -14,14 +14,7 @@ from urllib.parse import quote
 import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson
-from takagi.cli.runs.previous_certificate import (
-    TOLERANCE,
-    TOLERANCE_HELP,
-    compared,
-    read_baseline,
-    tolerance_of,
-)
+from takagi.cli.runs.previous_certificate import TOLERANCE, compared, read_baseline, tolerance_of
 
 if TYPE_CHECKING:
     from takagi.reports.sections.plant.summary import SummaryRow
@@ -34,31 +27,18 @@ def compare(
     new: Annotated[
         list[Path], typer.Argument(metavar="NEW...", help="Other ones of the same plant.")
     ],
-    tolerance: Annotated[str, typer.Option(metavar="SHARE", help=TOLERANCE_HELP)] = TOLERANCE,
-    summary: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the comparison as Markdown.")
-    ] = None,
-    html: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Write the comparison as one page, for any number of designs."
-        ),
-    ] = None,
-    as_json: AsJson = False,
+    tolerance: str = TOLERANCE,
+    summary: Path | None = None,
+    html: Path | None = None,
+    as_json: bool = False,
 ) -> int:
-    """Compare designs of one plant by their certificates: each NEW with OLD.
-
-    All certificates are replayed first. Of designs' folders the summaries are compared too; they
-    decide nothing, for their margins and simulated figures are not proved. The page has verdicts,
-    links to the designs' reports, and all figures that differ. Exit status: 0 nothing got worse; 1
-    something got worse; 2 misuse, or a file that is refused.
-    """
+    """Compare designs of one plant by their certificates: each NEW with OLD."""
     share = tolerance_of(tolerance)
     # A folder without a design is refused before anything is read for long.
     places = {place: _file(place) for place in (old, *new)}
     rows = {place: _summary_of(place) for place in places}
     from takagi.reports.baseline.comparison import plant_name, summary_changes
-    from takagi.reports.baseline.words import as_data, as_markdown, as_text
+    from takagi.reports.baseline.page import as_data, as_markdown, as_text
     from takagi.reports.output import write_file
 
     read = {place: read_baseline(certificate) for place, certificate in places.items()}

@@ -5,50 +5,29 @@ from __future__ import annotations
 import json
 from functools import partial
 from importlib import import_module
-from typing import Annotated, Any
-
-import typer
+from pathlib import Path
+from typing import Any
 
 from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson, OutFolder
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import StepLine, progress
 from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
-from takagi.cli.terminal.files import FOLDERS, PURPOSES, print_files, tell_none
+from takagi.cli.terminal.rows import FOLDERS, PURPOSES, print_files, tell_none
 
 
 def design(
     model: Model,
-    out: OutFolder,
+    out: Path,
     *,
-    as_json: AsJson = False,
-    force: Annotated[
-        bool, typer.Option("--force", help="Replace the design that DIR holds.")
-    ] = False,
-    no_report: Annotated[
-        bool,
-        typer.Option(
-            "--no-report",
-            help="Write law, proof and model alone, without figures, report.html, and a turbine's "
-            "margins and runs; `takagi report DIR` makes them later.",
-        ),
-    ] = False,
-    every_claim: Annotated[
-        bool, typer.Option("--all", help="Print every claim with its assumptions, and all notes.")
-    ] = False,
+    as_json: bool = False,
+    force: bool = False,
+    no_report: bool = False,
+    every_claim: bool = False,
     **options: Any,
 ) -> int:
-    """Design a controller for MODEL, prove what is claimed of it, and report.
-
-    Writes gains.json, certificate.json, and what other verbs need to read DIR as this design, then
-    prints the answer and writes report.html and figures/. A command that is interrupted while they
-    are drawn leaves the rest. A design that is there already is replaced with --force only. A plant
-    without inputs is analysed: no gains.
-
-    Exit status: 0 PROVED; 1 not proved, or no such design exists; 2 misuse.
-    """
+    """Design a controller for MODEL, prove what is claimed of it, and report."""
     from takagi.reports.design_folder import (
         GAINS,
         REPORT,

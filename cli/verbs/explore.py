@@ -5,9 +5,7 @@ from __future__ import annotations
 import sys
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.plant_options import plant_settings, time_asked
@@ -22,31 +20,12 @@ if TYPE_CHECKING:
 
 def explore(
     model: ModelOrFolder,
-    port: Annotated[
-        int, typer.Option(metavar="N", help="The port on this machine; a free one unless given.")
-    ] = 0,
-    timeout: Annotated[
-        str | None,
-        typer.Option(metavar="TIME", help="End after this time, such as 30min; at Ctrl-C alone."),
-    ] = None,
-    cache: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Where designs are kept; ~/.cache/takagi unless given."),
-    ] = None,
-    no_browser: Annotated[
-        bool, typer.Option("--no-browser", help="Print the page's address alone.")
-    ] = False,
+    port: int = 0,
+    timeout: str | None = None,
+    cache: Path | None = None,
+    no_browser: bool = False,
 ) -> int:
-    """Open a page on which the requirements of MODEL are turned, and the proved design follows.
-
-    Of a plant: settling time, limits of the inputs, and starts to be covered. About a hundred
-    designs are made in the background and kept; others are made when they are asked for. Of a
-    turbine's design folder: the wind, cell by cell; nothing is designed. PROVED is shown for
-    certificates alone that the exact checker has accepted.
-
-    The page is served on this machine alone, under an address with a random word, until Ctrl-C.
-    Exit status: 0 ended; 1 MODEL has no design; 2 misuse.
-    """
+    """Open a page on which the requirements of MODEL are turned, and the proved design follows."""
     try:
         from takagi.reports.explore.server import bound_socket, serve
     except ImportError as error:

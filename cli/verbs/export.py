@@ -28,64 +28,16 @@ def export(
         ),
     ],
     *,
-    to: Annotated[
-        str | None,
-        typer.Option("--to", metavar="TARGET", help="What to write: see the list below."),
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")
-    ] = None,
-    precision: Annotated[
-        str, typer.Option(help="Numbers of the code: double or float.", metavar="TYPE")
-    ] = "double",
-    sample_time: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SECONDS",
-            help="Time from one sample to the next to start with; a turbine's law has a longest.",
-        ),
-    ] = None,
-    without: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="PROGRAM",
-            help="Leave a program of the gain file out: observer where the wind is measured, "
-            "'rate limits' where the actuators limit their own rates. May be given twice.",
-        ),
-    ] = None,
-    law: Annotated[
-        str | None,
-        typer.Option(
-            metavar="LAW",
-            help="reference: the turbine's reference controller, which is not proved.",
-            callback=law_in_files,
-        ),
-    ] = None,
-    certificate: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="CERT",
-            help="Where vertices and claims are read (--to mat); certificate.json beside the gain "
-            "file if not given.",
-        ),
-    ] = None,
-    coq: Annotated[
-        Path | None,
-        typer.Option("--coq", metavar="FILE", help="Write a certificate's matrices for Coq."),
-    ] = None,
+    to: str | None = None,
+    out: Path | None = None,
+    precision: str = "double",
+    sample_time: float | None = None,
+    without: list[str] | None = None,
+    law: str | None = None,
+    certificate: Path | None = None,
+    coq: Path | None = None,
 ) -> int:
-    """Write a law as code that other tools run, with the decimals that are proved.
-
-    {targets}
-
-    With --coq each claim of a certificate becomes a theorem for the proof assistant Coq (Rocq): its
-    matrices are positive definite, or semidefinite. Check the file with `coqc FILE`; its kernel
-    decides them by computation, and the proof that this decides them is in the file. What is no
-    matrix, such as the range of a premise, is left to the checker.
-
-    Exit status: 0 the files are written; 2 the file cannot be read, a claim of the certificate is
-    not proved (--coq), or the target cannot hold the law.
-    """
+    """Write a law as code that other tools run, with the decimals that are proved."""
     from takagi.models.errors import ModelError
 
     if given.is_dir():
@@ -99,13 +51,12 @@ def export(
         return _coq(given, coq)
     if out is None:
         raise ModelError(f"--to {to} needs --out DIR, the folder to write")
-    program = _program(given, law, without or [])
+    program = _program(given, law_in_files(law), without or [])
     return _code(program, str(to), out, precision, sample_time, (given, certificate))
 
 
-_LISTED = "\n\n    ".join(f"--to {target.word}: {target.tools}." for target in TARGETS)
-export.__doc__ = (export.__doc__ or "").replace("{targets}", _LISTED)
-run = partial(run_command, "export", export)
+_LISTED = "\n\n".join(f"--to {target.word}: {target.tools}." for target in TARGETS)
+run = partial(run_command, "export", export, listed=_LISTED)
 
 
 def _of_folder(folder: Path, coq: Path | None) -> Path:
@@ -146,8 +97,13 @@ def _code(
     places: tuple[Path, Path | None],
 ) -> int:
     from takagi.cli.output_place import require_folder_place
-    from takagi.reports.code.target_text import proof_lines
-    from takagi.reports.code.targets import ExportSettings, Precision, certified, exported
+    from takagi.reports.code.targets import (
+        ExportSettings,
+        Precision,
+        certified,
+        exported,
+        proof_lines,
+    )
     from takagi.reports.output import write_folder
 
     settings = ExportSettings(cast(Precision, precision), sample_time)

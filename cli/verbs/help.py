@@ -24,10 +24,7 @@ def explain(
         list[str] | None, typer.Argument(metavar="[TOPIC]", help="A verb or a subject.")
     ] = None,
 ) -> int:
-    """Explain a verb or a subject; without one, list all.
-
-    Exit status: 0; 2 for a topic that is not known.
-    """
+    """Explain a verb or a subject; without one, list all."""
     if not topic:
         print(_listed())
         return PROVED

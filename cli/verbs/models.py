@@ -6,15 +6,10 @@ import json
 from functools import partial
 
 from takagi.cli.command import PROVED, run_command
-from takagi.cli.options.given import AsJson
 
 
-def list_models(as_json: AsJson = False) -> int:
-    """List the built-in models: wind turbines, then plants.
-
-    The other verbs take such a name as MODEL, or the path of a TOML file of your own; from Python
-    both are read by takagi.models.load_model.
-    """
+def list_models(as_json: bool = False) -> int:
+    """List the built-in models: wind turbines, then plants."""
     from takagi.models.files.library import built_in_kinds, built_in_models
 
     kinds = built_in_kinds()

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from takagi.cli.command import PROVED, run_command
-from takagi.cli.options.given import option, option_of
+from takagi.cli.options.given import declared, option_of
 from takagi.cli.runs.new_plant import (
     TEMPLATE,
     asked_text,
@@ -21,36 +21,8 @@ from takagi.cli.runs.new_plant import (
 )
 from takagi.models.errors import ModelError
 
-_OF_PLANT = (
-    option(
-        "state TEXT", '"theta = -60..60 deg, rest 0: what it is", each in its order.', list[str]
-    ),
-    option("input TEXT", "As --state; the range is the input's limit.", list[str]),
-    option("disturbance TEXT", "As --state: what comes from outside.", list[str]),
-    option("parameter TEXT", '"m = 2 kg", "m = 0.9..1.1 kg" or "c = 0.1*sqrt(k*m)".', list[str]),
-    option("equation TEXT", '"theta = omega": the right-hand side of theta\'.', list[str]),
-    option("measured NAME", "A state that the law has, if not all.", list[str]),
-    option("name TEXT", "Name of the plant."),
-    option("sample_time SECONDS", "The equations give x(t + T) in place of x'.", float),
-    option("no_units", "Do not compare units.", bool),
-)
-_SOURCES = (
-    option("from_linear", "Read the matrices of the CSV files.", bool),
-    option("from_mat FILE", "Read A, B, ... of a MAT-file, or vertices.", Path),
-    option("from_fast_lin FILE", "Read a .lin file of OpenFAST.", Path),
-    option("from_rosco DIR", "A turbine: ROSCO's tuning file, DISCON.IN, or a folder.", Path),
-    option("from_openfast DIR", "A turbine: an OpenFAST deck, or its .fst.", Path),
-)
-_OF_TURBINE = (
-    option("table FILE", "Its Cp_Ct_Cq table, where no file names it.", Path),
-    option("figure TEXT", '"pitch.minimum = 2 deg", in place of the files\'.', list[str]),
-)
-_CI = option(
-    "ci SERVICE",
-    "Of a plant's file or a design's folder in place of FILE.toml, write the workflow that proves "
-    "and compares it at every change: github or gitlab.",
-)
-OPTIONS = (*_OF_PLANT, *_SOURCES, *_OF_TURBINE, _CI)
+_OF_PLANT, _SOURCES, _OF_TURBINE = map(declared, ("new-plant", "new-sources", "new-turbine"))
+OPTIONS = (*_OF_PLANT, *_SOURCES, *_OF_TURBINE, *declared("new-ci"))
 # What may stand beside matrices.
 _NAMED = ("state", "input", "disturbance", "name", "sample_time")
 
@@ -62,18 +34,10 @@ def new(
         typer.Argument(metavar="[CSV]...", help="A.csv B.csv [C.csv [D.csv]], with --from-linear."),
     ] = None,
     *,
-    force: Annotated[bool, typer.Option("--force", help="Replace the file.")] = False,
+    force: bool = False,
     **options: Any,
 ) -> int:
-    """Write the file of a plant or turbine, ready for `takagi design`.
-
-    Without options it asks at a terminal, and writes a template where there is none. With --state,
-    --input, --equation, ... it writes this plant. The --from options read a model that exists;
-    beside those of matrices, --state and --input give names and ranges. With --ci it writes the
-    workflow of continuous integration for a plant or design that is there.
-
-    Exit status: 0 written; 2 misuse, and nothing is written.
-    """
+    """Write the file of a plant or turbine, ready for `takagi design`."""
     from takagi.cli.output_place import require_file_place
     from takagi.reports.output import write_folder
 

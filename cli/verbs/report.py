@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.turbine_options import Folder
@@ -14,17 +11,8 @@ from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
 
 
-def report(
-    folder: Folder,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="DIR", help="The folder to write; DIR if not given."),
-    ] = None,
-) -> int:
-    """Write report.html and figures/ of the design in DIR; nothing is designed again.
-
-    Exit status: 0 PROVED; 1 not proved; 2 misuse, or a folder that is no finished design.
-    """
+def report(folder: Folder, out: Path | None = None) -> int:
+    """Write report.html and figures/ of the design in DIR; nothing is designed again."""
     from takagi.reports.design_folder import FIGURES, REPORT, read_design, report_files
     from takagi.reports.output import write_folder
 

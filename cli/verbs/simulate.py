@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from takagi.cli.command import run_command
-from takagi.cli.options.given import AsJson, Options
+from takagi.cli.options.given import Options
 from takagi.cli.options.turbine_options import ModelOrFolder
 from takagi.cli.runs.makers import MAKERS, own_options
 
@@ -32,43 +30,13 @@ def _declared() -> dict[str, Options]:
 
 def simulate(
     model: ModelOrFolder,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="DIR", help="The folder for tables and figures."),
-    ] = None,
+    out: Path | None = None,
     *,
-    duration: Annotated[
-        float | None,
-        typer.Option(
-            help="Of every run [s]; turbines 60 (paper), 600 (turbulent), 120 (steady, step), 90 "
-            "(gusts), 180 (ramp) or that of the wind's file, plants some time constants."
-        ),
-    ] = None,
-    as_json: AsJson = False,
+    duration: float | None = None,
+    as_json: bool = False,
     **options: Any,
 ) -> int:
-    """Simulate laws on the nonlinear plant. A simulation proves nothing.
-
-    A wind turbine: the effort-sharing law, Schulte's and the reference controller side by side, on
-    the validation plant: a dynamic wake, flap, tower and torsion modes, a second-order pitch drive,
-    a torque lag and the limits of both; the wind observer is in the loop. --wind says in which
-    winds: steady, turbulent, gusts, steps, ramps, or those of a file. Another plant: its own
-    equations under its law by rules, from corners of its box or from --start. Its inputs are cut
-    at their ranges, and the summary says when. --disturbance and --noise add signals, and
-    --sample-time says how often the law runs.
-
-    A design's folder: its law on the model that it was designed for; nothing is designed again.
-
-    With --certificate FILE of a wind turbine: thousands of random runs of the certified loop, with
-    starts, winds and plants inside the claim. Each run is compared with every bound; the exit
-    status is 1 if one is exceeded. With --beyond the runs are outside of the claim, and the output
-    says which bound is exceeded first.
-
-    Prints a table; with --out also writes tables, figures/ and simulation.json into DIR. If the
-    command is interrupted, none of them is written.
-
-    Exit status: 0 every loop ran to its end; 1 one diverged, or there are no gains; 2 misuse.
-    """
+    """Simulate laws on the nonlinear plant. A simulation proves nothing."""
     from takagi.models.loading import read_model
 
     gains: Path | None = None

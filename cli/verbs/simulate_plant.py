@@ -10,43 +10,25 @@ from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import PROVED, UNPROVED
-from takagi.cli.options.given import Options, option, refuse_designing
-from takagi.cli.options.plant_options import PLANT_OPTIONS, values_in_si
-from takagi.cli.options.simulation_options import PLANT_SCENARIO, SHARED_SIMULATION, plant_scenario
+from takagi.cli.options.given import Options, declared, refuse_designing
+from takagi.cli.options.plant_options import PLANT_OPTIONS, plant_scenario, values_in_si
 from takagi.cli.progress import Tell, progress
 from takagi.cli.runs.plant import PlantMaker
-from takagi.cli.terminal.files import tell_none
+from takagi.cli.terminal.rows import tell_none
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant.entries import VariableEntry
     from takagi.models.plant_files.loader import PlantFile
-    from takagi.reports.simulation.plant_scenario import PlantSimulation
+    from takagi.reports.simulation.plant_words import PlantSimulation
 
 _WIDTH = 100  # in a pipe or a file there is no terminal to fit into
 _FILES, _FOLDERS = ("responses.csv", "simulation.json", "summary.md"), ("figures",)
 
 
 OPTIONS: Options = (
-    option(
-        "gains FILE", "Plants: a gain file or a design's folder; without it, one is designed.", Path
-    ),
-    option(
-        "start STATE=VALUE,...",
-        "Plants: where a run starts, such as angle=20deg,rate=0.5; other states at rest. May be "
-        "repeated; without it: the corners of the box, drawn in to the proved set, or rest with "
-        "--disturbance or --noise.",
-        list[str],
-    ),
-    option(
-        "reference NAME=VALUE,...",
-        "Plants with references: a jump from rest, such as angle_wanted=20deg. May be repeated; "
-        "without it and --start: the largest jumps that are proved.",
-        list[str],
-    ),
-    *PLANT_SCENARIO,
-    *SHARED_SIMULATION,
+    *declared("simulate-plant", "simulate-plant-scenario", "simulate-shared"),
     *PLANT_OPTIONS,
 )
 # Options that are not about a design.

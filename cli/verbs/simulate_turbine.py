@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import sys
+import tempfile
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from takagi.cli.command import PROVED, UNPROVED
-from takagi.cli.options.given import Options, defaults_of, option
+from takagi.cli.options.given import Options, declared, defaults_of, option_of
 from takagi.cli.options.plant_options import time_asked
-from takagi.cli.options.simulation_options import SHARED_SIMULATION
 from takagi.cli.options.turbine_options import law_in_files
 from takagi.cli.progress import progress
-from takagi.cli.verbs.simulate_campaign import CAMPAIGN_OPTIONS, without_campaign
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -25,70 +25,8 @@ _MAKING, _SIMULATING = 0.45, 0.95
 _DESIGN_STEPS = 7
 
 
-SCENARIO_OPTIONS: Options = (
-    option(
-        "law NAME",
-        "Turbines: effort-sharing (one law for all winds), schulte, switched (the gains of schulte "
-        "without overlap), or reference (the reference controller, K w^2 + PI); may be repeated. "
-        "Without it: effort-sharing, schulte and reference.",
-        list[str],
-        callback=law_in_files,
-    ),
-    option(
-        "law_from FILE",
-        "Turbines: simulate the law of a gain file, with its observer; of the named laws, only "
-        "reference can be simulated with it.",
-        Path,
-    ),
-    option(
-        "setpoint NAME=VALUE",
-        "Turbines: a set-point that the law takes at run time, from the start on: speed=11.5rpm of "
-        "the rotor or power=4MW, electrical; may be repeated. With --law-from, or a design's "
-        "folder.",
-        list[str],
-    ),
-    option(
-        "coupling_filter NAME",
-        "Turbines: saturated, which is proved, or sector, the filter as it was printed; saturated "
-        "unless given. Schulte's law.",
-    ),
-    option(
-        "wind WIND",
-        "Turbines: 15 (steady), turbulent:11:B:7 (IEC class, seed), gust:11 (extreme operating), "
-        "coherent:8 (extreme coherent), step:10:12.5, ramp:10:12.5:0.2 [m/s, m/s^2], a CSV file of "
-        "time and wind, or a .bts field of TurbSim; paper, step, gust, coherent or ramp alone: "
-        "winds around rated. May be repeated; paper unless given.",
-        list[str],
-        alias="--scenario",
-    ),
-    option(
-        "wake NAME", "Turbines: dynamic (a wake with states) or equilibrium.", default="dynamic"
-    ),
-    option(
-        "without PART",
-        "Turbines: tower, flap, torsion or torque-lag is left out; may be repeated.",
-        list[str],
-    ),
-    option(
-        "speed_filter RAD/S",
-        "Turbines: corner of a low-pass on the measured speed [rad/s], 0 for none; each law's own "
-        "unless given.",
-        float,
-    ),
-    option(
-        "ripple SHARE",
-        "Turbines: amplitude of a wind oscillation three times a turn, over the wind [-].",
-        float,
-        default=0.0,
-    ),
-    option(
-        "computation_time SECONDS",
-        "Turbines: from measuring to sending [s]; at most the sample time.",
-        float,
-        default=0.0,
-    ),
-    *SHARED_SIMULATION,
-)
+SCENARIO_OPTIONS = declared("simulate-turbine", "simulate-shared", callback=law_in_files)
+CAMPAIGN_OPTIONS = declared("simulate-campaign")
 OPTIONS: Options = (*SCENARIO_OPTIONS, *CAMPAIGN_OPTIONS)
 # How often a turbine's law runs unless it is said [s].
 SAMPLE_TIME = 0.02
@@ -105,8 +43,6 @@ def simulate(
 ) -> int:
     """Simulate laws side by side, or random runs of a certified loop; return the exit status."""
     if asked["certificate"] is not None:
-        from takagi.cli.verbs.simulate_campaign import simulate_campaign
-
         defaults = defaults_of(SCENARIO_OPTIONS)
         return simulate_campaign(source, out, asked, defaults, duration=duration, as_json=as_json)
     return _laws(source, out, without_campaign(asked), duration=duration, as_json=as_json)
@@ -241,3 +177,108 @@ def _tell_slow_sampling(plant: SimulatedTurbine, step: float) -> None:
             file=sys.stderr,
             flush=True,
         )
+
+
+RUNS, RUNS_BEYOND = 10_000, 2000
+
+
+def simulate_campaign(
+    source: TurbineFile,
+    out: Path | None,
+    options: Mapping[str, Any],
+    scenario: Mapping[str, Any],
+    *,
+    duration: float | None,
+    as_json: bool,
+) -> int:
+    """Read and check the certificate, run, print; return the exit status.
+
+    Parameters
+    ----------
+    options : those of ``CAMPAIGN_OPTIONS``, ``seed``, and those of a scenario.
+    scenario : the defaults of the latter; of them only ``seed`` may be given.
+
+    Raises
+    ------
+    ModelError : options that do not go together, or make no sense.
+    CertificateError : the file is no certificate, or not about this model.
+    """
+    for name, default in scenario.items():
+        if name != "seed" and options[name] != default and options[name] != []:
+            raise ModelError(
+                f"option {option_of(name)} is about a scenario; with --certificate the "
+                "law and the winds are the certificate's: leave it out"
+            )
+    from takagi.certificates.campaign import runs as campaign
+    from takagi.certificates.checker.replay.certificate import check
+    from takagi.certificates.sweep.tasks import RESULTS
+    from takagi.cli.output_place import require_folder_place
+    from takagi.reports.output import write_folder
+    from takagi.reports.sweep import campaigns
+
+    texts = options["beyond"] or []
+    requests = [name for text in texts for name in (campaign.STANDARD if text == "all" else [text])]
+    asked = [campaign.beyond_of(request) for request in requests]
+    runs = (RUNS_BEYOND if asked else RUNS) if options["runs"] is None else options["runs"]
+    duration = campaign.DURATION if duration is None else duration
+    seed: int = options["seed"] or 0
+    # Before the certificate is checked, which takes seconds.
+    campaign.require_numbers(runs, duration=duration, seed=seed)
+    if out is not None:
+        require_folder_place(out, files=campaigns.FILES, folders=("figures", RESULTS))
+    path: Path = options["certificate"]
+    written: list[str] = []
+    # Without --out nothing is kept.
+    place = nullcontext(out / RESULTS) if out is not None else tempfile.TemporaryDirectory()
+    with progress(f"takagi simulate {source.name}") as tell, place as folder:
+        tell("checking the certificate", 0.0)
+        # Strictly read, and about this model: what is simulated is what the checker judged.
+        verdict = check(path, model=source.document.path).verdict.name
+        try:
+            results = campaign.run_campaigns(
+                path,
+                Path(folder),
+                asked or [campaign.INSIDE],
+                runs=runs,
+                duration=duration,
+                seed=seed,
+                workers=options["workers"],
+                scheduler=options["scheduler"],
+                tell=tell,
+            )
+        except KeyboardInterrupt:
+            if out is not None:
+                print(
+                    f"Finished runs are kept in {out}: the same command goes on.", file=sys.stderr
+                )
+            raise
+        report = campaigns.CampaignReport(str(source.model.name), verdict, results)
+        if out is not None:
+            tell("figure and table")
+            files = campaigns.campaign_files(report)
+            write_folder(out, files)
+            written = [str(out / name) for name in files]
+    if as_json:
+        print(campaigns.as_json(report, written), end="")
+    else:
+        print("\n".join([campaigns.as_text(report), *written]))
+    inside = report.inside
+    violated = inside is not None and inside.violations
+    return PROVED if verdict == "PROVED" and not violated else UNPROVED
+
+
+def without_campaign(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of a scenario, where no certificate is given.
+
+    Raises
+    ------
+    ModelError : an option that needs --certificate.
+    """
+    declared = defaults_of(CAMPAIGN_OPTIONS)
+    for name in declared:
+        if options[name] not in (None, []):
+            raise ModelError(
+                f"option --{name} is about random runs of a certified loop; give the certificate "
+                "too: --certificate FILE"
+            )
+    return {name: value for name, value in options.items() if name not in declared}

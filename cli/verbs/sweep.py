@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import IN_FILES, Model, law_in_files, typed_name
-from takagi.cli.output_place import finished_results_kept, require_folder_place
-from takagi.cli.progress import progress
+from takagi.cli.output_place import kept_results, require_folder_place
 from takagi.cli.runs.makers import turbine_file
 from takagi.models.errors import ModelError, did_you_mean
 
@@ -24,54 +20,32 @@ if TYPE_CHECKING:
 
 def sweep(
     model: Model,
-    out: OutFolder,
-    over: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="AXIS",
-            help="NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,...; numbers in SI, or with their unit "
-            "(0.5kNm). Give it once for each axis. Schulte's law: speed-overlap [rad/s], "
-            "torque-overlap [N m], wind [m/s]; an unknown name lists those of another law.",
-        ),
-    ] = None,
+    out: Path,
+    over: list[str] | None = None,
     *,
-    law: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help=f"One of {', '.join(IN_FILES)}; schulte unless given.",
-            callback=law_in_files,
-        ),
-    ] = None,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    as_json: AsJson = False,
+    law: str | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    as_json: bool = False,
 ) -> int:
-    """Map where a law of MODEL, a wind turbine, is proved, over a grid of its parameters.
-
-    Every finished point is a file of DIR/results: a sweep that was stopped goes on where it was
-    when the same command is given again. A page, a table and a figure follow at the end.
-
-    Exit status: 0 every point has its answer, PROVED or not; 1 a point ended in an error, and is
-    tried again by the same command; 2 misuse.
-    """
+    """Map where a law of MODEL, a wind turbine, is proved, over a grid of its parameters."""
     source = turbine_file(model, "sweep maps the laws", "`takagi design` proves a plant's law")
-    named = _law(law or "paper")
+    named = _law(law_in_files(law) or "paper")
     axes = _axes(named, over or [])
     require_folder_place(out)
-    with progress(f"takagi sweep {model}") as tell:
-        from takagi.certificates.sweep.sweep import run_sweep
-        from takagi.reports.output import write_folder
-        from takagi.reports.sweep.campaigns import sweep_files
+    from takagi.certificates.sweep.sweep import run_sweep
+    from takagi.reports.sweep.campaigns import sweep_files
 
-        with finished_results_kept(out, "points"):
-            result = run_sweep(
-                named, source, axes, out, workers=workers, scheduler=scheduler, tell=tell
-            )
-        tell("figure and tables")
-        files = sweep_files(result)
-        write_folder(out, files)
-    print(_as_json(result, out, files) if as_json else _as_text(result, out, files))
+    result, written = kept_results(
+        f"takagi sweep {model}",
+        out,
+        lambda tell: run_sweep(
+            named, source, axes, out, workers=workers, scheduler=scheduler, tell=tell
+        ),
+        sweep_files,
+        what="points",
+    )
+    print(_as_json(result, written) if as_json else _as_text(result, out, written))
     return UNPROVED if "FAILED" in result.counted() else PROVED
 
 
@@ -98,7 +72,7 @@ def _axes(law: str, over: Sequence[str]) -> Sequence[Axis]:
     return parse_axes(over, LAWS[law])
 
 
-def _as_text(result: Sweep, out: Path, files: Mapping[str, object]) -> str:
+def _as_text(result: Sweep, out: Path, written: list[str]) -> str:
     counted = ", ".join(f"{number} {verdict}" for verdict, number in result.counted().items())
     axes = " x ".join(f"{axis.name} ({len(axis.values)})" for axis in result.axes) or "1 point"
     lines = [f"{typed_name(result.law)} over {axes}: {counted}"]
@@ -107,10 +81,12 @@ def _as_text(result: Sweep, out: Path, files: Mapping[str, object]) -> str:
     for row in [row for row in result.rows if row["verdict"] == "FAILED"][:3]:
         at = ", ".join(f"{axis.name} {row[axis.label]:g}" for axis in result.axes)
         lines.append(f"FAILED at {at}: {row['reason']}")
-    return "\n".join([*lines, "", str(out), *(f"  {name}" for name in files)])
+    return "\n".join(
+        [*lines, "", str(out), *(f"  {Path(name).relative_to(out)}" for name in written)]
+    )
 
 
-def _as_json(result: Sweep, out: Path, files: Mapping[str, object]) -> str:
+def _as_json(result: Sweep, written: list[str]) -> str:
     return json.dumps(
         {
             "law": result.law,
@@ -121,7 +97,7 @@ def _as_json(result: Sweep, out: Path, files: Mapping[str, object]) -> str:
             "points": len(result.rows),
             "resumed": result.resumed,
             "verdicts": result.counted(),
-            "files": [str(out / name) for name in files],
+            "files": written,
         },
         indent=2,
     )

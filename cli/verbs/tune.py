@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import json
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson, OutFolder, Scheduler, Workers
 from takagi.cli.options.turbine_options import Model
-from takagi.cli.output_place import finished_results_kept, require_folder_place
-from takagi.cli.progress import progress
+from takagi.cli.output_place import kept_results, require_folder_place
 from takagi.cli.runs.makers import turbine_file
 
 if TYPE_CHECKING:
@@ -21,68 +18,33 @@ if TYPE_CHECKING:
 
 def tune(
     model: Model,
-    out: OutFolder,
+    out: Path,
     *,
-    minimise: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help="What is made best: tower-del, blade-del, shaft-del, travel (ratios to the "
-            "reference controller), energy [%], overspeed [%], torque-change [kN m], recovery [s] "
-            "or peak-power [%].",
-        ),
-    ] = "tower-del",
-    require: Annotated[
-        str,
-        typer.Option(
-            metavar="TEXT",
-            help='Limits of the others, such as "energy >= -0.2 %, recovery 30s, peak-power 110 %, '
-            'shaft-del <= 1.0".',
-        ),
-    ] = "energy >= -0.2 %, recovery 30s, shaft-del <= 1.0",
-    tries: Annotated[int, typer.Option(metavar="N", help="Settings to simulate.")] = 120,
-    seeds: Annotated[int, typer.Option(metavar="N", help="Of turbulence, at each wind.")] = 2,
-    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Of a run.")] = 600.0,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    as_json: AsJson = False,
+    minimise: str = "tower-del",
+    require: str = "energy >= -0.2 %, recovery 30s, shaft-del <= 1.0",
+    tries: int = 120,
+    seeds: int = 2,
+    duration: float = 600.0,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    as_json: bool = False,
 ) -> int:
-    """Tune the effort-sharing law of MODEL, a wind turbine, on the validation plant.
-
-    Wind filter, bandwidth, its growth, assumed pitch effectiveness and overlap are varied by
-    differential evolution. Each setting runs in turbulence of class B from 9 to 18 m/s, in a step
-    around rated wind and in gusts, beside the reference controller. The points that no other one
-    betters are designed and proved as by `takagi design`. A table, data and a figure are written
-    into DIR. A search that was stopped goes on where it was when the same command is given again.
-
-    Exit status: 0 a PROVED point meets every requirement; 1 none does; 2 misuse.
-    """
+    """Tune the effort-sharing law of MODEL, a wind turbine, on the validation plant."""
     source = turbine_file(
         model, "tune tunes the law", "`takagi design --settle` sets how fast its law is"
     )
-    from takagi.reports.output import write_folder
     from takagi.reports.study.tuning import tuned
     from takagi.reports.study.tuning_files import FILES, tuning_files
 
     require_folder_place(out, files=FILES, folders=("figures", "results"))
-    with progress(f"takagi tune {model}") as tell:
-        with finished_results_kept(out):
-            tuning = tuned(
-                source,
-                out,
-                minimise=minimise,
-                require=require,
-                tries=tries,
-                seeds=seeds,
-                duration=duration,
-                workers=workers,
-                scheduler=scheduler,
-                tell=tell,
-            )
-        tell("figure and tables")
-        files = tuning_files(tuning, model)
-        write_folder(out, files)
-    written = [str(out / name) for name in files]
+    asked: dict[str, Any] = {"minimise": minimise, "require": require, "tries": tries}
+    asked |= {"seeds": seeds, "duration": duration, "workers": workers, "scheduler": scheduler}
+    tuning, written = kept_results(
+        f"takagi tune {model}",
+        out,
+        lambda tell: tuned(source, out, tell=tell, **asked),
+        lambda finished: tuning_files(finished, model),
+    )
     print(_as_json(tuning, written) if as_json else _as_text(tuning, model, written))
     best = tuning.best
     return PROVED if best is not None and best.missed == 0 else UNPROVED

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.given import AsJson
 from takagi.cli.output_place import require_file_place
 from takagi.cli.progress import progress
-from takagi.cli.terminal.files import claim_lines, claims_as_data
+from takagi.cli.terminal.rows import claim_lines, claims_as_data
 
 if TYPE_CHECKING:
     from takagi.certificates.claims.problem_verification import Verification
@@ -36,23 +35,11 @@ def verify(
             "the problem is solved here.",
         ),
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="FILE", help="Write the certificate."),
-    ] = None,
+    out: Path | None = None,
     *,
-    as_json: AsJson = False,
+    as_json: bool = False,
 ) -> int:
-    """Say what is proved of a linear matrix inequality or conic problem.
-
-    Either a point satisfies every constraint, in exact arithmetic, and multipliers bound the
-    optimum from the other side; or the objective falls without end along a ray; or multipliers
-    show that no point does; or nothing is proved, and the distance is given. The certificate is
-    checked by `takagi check FILE`.
-
-    Exit status: 0 a solution and a bound of the optimum, or that there is no bound, or no solution;
-    1 less than that; 2 misuse.
-    """
+    """Say what is proved of a linear matrix inequality or conic problem."""
     if out is not None:
         require_file_place(out)
     from takagi.lmi.problem_files.reading import read_problem_file, read_solution_file

@@ -14,8 +14,7 @@ from typing import Any
 from takagi.certificates.checker.controller.content import VERSION as GAINS_VERSION
 from takagi.certificates.checker.replay import claim_kinds
 from takagi.certificates.checker.replay.certificate import FORMAT, VERSION
-from takagi.reports.gains_file.plant import plant_gain_file_schema
-from takagi.reports.gains_file.turbine import gain_file_schema
+from takagi.reports.gains_file.envelope import gain_file_schema, plant_gain_file_schema
 
 NUMBER = {"type": "number"}
 ROW = {"type": "array", "items": NUMBER}

@@ -97,14 +97,11 @@ generator.torque_lag torque_lag s 0.0001 10
 _TOP = ("format", "kind", "name", "description")
 _FREE_SECTION = "reference"
 _TABLES = ("power", "thrust")
-# What is asked of a design; no figure of the turbine.
-_MARGINS = "design.margins"
 _FURTHER_PATHS = (
     "frozen_wake.source",
     *(spec.path for spec in WAKE),
     "coefficients.power",
     "coefficients.thrust",
-    _MARGINS,
 )
 # attribute pairs of which the first must be the smaller, with the fields to name
 _ORDERED = (
@@ -213,13 +210,6 @@ class TurbineFile:
     def model(self) -> Turbine:
         """The turbine, as ``load_turbine`` returns it."""
         return _turbine(self.document)
-
-    @property
-    def margins(self) -> str | None:
-        """Margins that ``[design]`` asks of the loop that runs, as written; None for none."""
-        if _MARGINS.partition(".")[0] not in self.document.data:
-            return None
-        return text_at(self.document, _MARGINS)
 
     @property
     def files(self) -> list[Path]:

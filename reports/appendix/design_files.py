@@ -32,17 +32,17 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
     tell : called with a word before each step.
     """
     from takagi.models.laws.protocol import law_words
-    from takagi.reports.appendix.certificate import certificate_context
-    from takagi.reports.appendix.regional import conditions, region_context
-    from takagi.reports.appendix.tex import assembled
+    from takagi.reports.appendix.tex import assembled, certificate_context
     from takagi.reports.appendix.turbine import (
+        conditions,
         drawn_figures,
         law_context,
         margins_context,
         plant_context,
+        region_context,
         shown_runs,
     )
-    from takagi.reports.sections.turbine.responses import response_words
+    from takagi.reports.sections.turbine.running import response_words
 
     say = tell or (lambda _: None)
     say("margins")
@@ -99,9 +99,13 @@ def _figures(
     design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]
 ) -> dict[str, Figure]:
     from takagi.reports.figures.loops import responses_figure
-    from takagi.reports.figures.plant.captioned import AROUND, bode_drawings
+    from takagi.reports.figures.plant.captioned import (
+        AROUND,
+        bode_drawings,
+        premise_curves,
+        weights_figure,
+    )
     from takagi.reports.figures.plant.proved_set import phase_figure, planes
-    from takagi.reports.figures.plant.weights import premise_curves, weights_figure
     from takagi.reports.loops.plant_motion import around, motions, starts
     from takagi.reports.simulation.plant import jump_motions
 

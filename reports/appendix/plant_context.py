@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.reports.appendix.certificate import theorems_context
-from takagi.reports.appendix.regional import posed_design, vertex_lines
 from takagi.reports.appendix.tex import (
     NONE,
     Tex,
@@ -19,15 +17,15 @@ from takagi.reports.appendix.tex import (
     escape,
     matrix,
     scientific,
+    theorems_context,
     unit,
     with_decimals,
 )
+from takagi.reports.appendix.turbine import posed_design, vertex_lines
 from takagi.reports.loops.plant_local import PlantLocalLoop
 from takagi.reports.page.mathml import readable, shortens
-from takagi.reports.page.rounded_bounds import at_most
-from takagi.reports.page.text import name_of
-from takagi.reports.sections.plant.gains import gain_columns
-from takagi.reports.sections.plant.plant import equations_latex, kinds
+from takagi.reports.page.text import at_most, name_of
+from takagi.reports.sections.plant.gains import equations_latex, gain_columns, kinds
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign

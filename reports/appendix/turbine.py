@@ -1,15 +1,23 @@
-"""The appendix of a turbine: notation, plant, law, blending, margins of the loop, figures."""
+"""The appendix of a turbine: notation, plant, law, regional models, conditions, margins."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
 from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.condition.typeset import formula_lines, plain_label
+from takagi.lmi.turbine.regional import RegionGains
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import optimal_tip_speed_ratio, rated_wind
 from takagi.reports.appendix.tex import (
@@ -17,6 +25,7 @@ from takagi.reports.appendix.tex import (
     Tex,
     decimal,
     escape,
+    listed,
     matrix,
     scientific,
     unit,
@@ -24,35 +33,27 @@ from takagi.reports.appendix.tex import (
 )
 from takagi.reports.figures.operation import power_surface_figure, trim_figure
 from takagi.reports.margins.margins import Margins
-from takagi.reports.margins.running_search import SearchedMargins, wind_ranges
-from takagi.reports.sections.turbine.cells import cells_drawing, filter_of, memberships_drawing
-from takagi.reports.sections.turbine.model import region_starts, trim_curve
-from takagi.reports.sections.turbine.responses import response_drawing
-from takagi.reports.sections.turbine.running import margins_drawing
+from takagi.reports.margins.running_over_wind import SearchedMargins, wind_ranges
+from takagi.reports.output import read_words
+from takagi.reports.sections.turbine.model import (
+    cells_drawing,
+    filter_of,
+    memberships_drawing,
+    region_starts,
+    trim_curve,
+)
+from takagi.reports.sections.turbine.running import margins_drawing, response_drawing
 from takagi.reports.simulation.measured_loop import measured_loop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from takagi.reports.simulation.design_runs import DesignRun
+    from takagi.lmi import Design
+    from takagi.reports.simulation.measured_loop import DesignRun
 
 DEGREES = 180 / np.pi
-_SYMBOLS = {
-    "rotor.radius": "R",
-    "rotor.inertia": "J_r",
-    "rotor.rated_speed": r"\omega_\mathrm{rated}",
-    "rotor.air_density": r"\rho",
-    "drivetrain.gear_ratio": "n_g",
-    "generator.inertia": "J_g",
-    "generator.rated_torque": r"T_\mathrm{rated}",
-    "generator.maximum_torque": r"T_\mathrm{top}",
-    "pitch.minimum": r"\beta_\mathrm{min}",
-    "pitch.maximum": r"\beta_\mathrm{max}",
-    "pitch.rate_limit": r"\dot\beta_\mathrm{max}",
-    "pitch.time_constant": r"\tau_\beta",
-    "operation.cut_in": r"v_\mathrm{in}",
-    "operation.cut_out": r"v_\mathrm{out}",
-}
+_WORDS = read_words("appendix/words.toml")
+_SYMBOLS, _REMARKS = _WORDS["symbols"], _WORDS["remarks"]
 # Sections of a turbine's file with published results and with another controller's numbers: nothing
 # in the appendix depends on them.
 _LEFT_OUT = ("reference", "baseline")
@@ -209,3 +210,217 @@ def drawn_figures(design: TurbineDesign) -> dict[str, Figure]:
         figures["running-margins"] = margins_drawing(margins)
     runs = shown_runs(design).items()
     return figures | {f"response-{name}": response_drawing(design, run) for name, run in runs}
+
+
+_NAMED = re.compile(r"^(.*) \[(.*)\]$")
+# sympy puts the dot over symbol and index together; it belongs over the symbol.
+_DOTTED = re.compile(r"\\dot\{([^{}]+)_\{([^{}]+)\}\}")
+
+
+def region_context(model: TSModel, gains: RegionGains, letter: str) -> dict[str, object]:
+    """Return derivation, premises, vertices, rules and gains of one region.
+
+    Parameters
+    ----------
+    letter : superscript of its memberships, "b" or "c".
+    """
+    return {
+        "letter": letter,
+        "model": model,
+        "result": gains,
+        "steps": [
+            {"title": _title(step.title), "latex": _display(step.latex)}
+            for step in (() if model.derivation is None else model.derivation.steps)
+        ],
+        "states": [_with_unit(name) for name in model.states],
+        "box": [
+            [_with_unit(name), *(scientific(float(end), 6) for end in ends)]
+            for name, ends in model.box.items()
+        ],
+        "vertices": list(vertex_lines(model)),
+        "gains": _region_gains(model, gains),
+        "with_pitch": len(model.states) == 3,
+    }
+
+
+def vertex_lines(model: TSModel, *, measured: bool = False) -> Iterator[Tex]:
+    """Yield the vertices as formulas: what is the same in all rules first, then rule by rule.
+
+    Parameters
+    ----------
+    measured : with the output matrices C.
+    """
+    names = [name for name in "ABE" if np.any(getattr(model, name))] + ["C"] * measured
+    varying = [name for name in names if np.ptp(getattr(model, name), axis=0).any()]
+    same = [name for name in names if name not in varying]
+    several = len(model.rules) > 1
+    if same:
+        index, span = ("i", rf", \quad i = 1, \dots, {len(model.rules)}") if several else ("1", "")
+        equations = [rf"{name}_{index} = {matrix(getattr(model, name)[0])}" for name in same]
+        yield Tex(r",\quad ".join(equations) + span)
+    for i in range(len(model.rules) if varying else 0):
+        equations = [rf"{name}_{{{i + 1}}} = {matrix(getattr(model, name)[i])}" for name in varying]
+        yield Tex(r",\quad ".join(equations))
+
+
+def _display(formula: str) -> Tex:
+    """Return a formula with fractions at full size, also inside vectors, and dots on symbols."""
+    dotted = _DOTTED.sub(r"\\dot{\1}_{\2}", formula)
+    enlarged = dotted.replace(r"\frac", r"\dfrac").replace(r"\\", r"\\[8pt] ")
+    first, _, bounds = enlarged.partition(r", \qquad ")
+    # A premise and its bounds on two lines: they need not be shrunk in a narrow column.
+    return Tex(rf"\begin{{gathered}}{first},\\ {bounds}\end{{gathered}}" if bounds else enlarged)
+
+
+def _title(words: str) -> Tex:
+    text = str(escape(words))
+    for plain, symbols in _WORDS["derivatives"].items():
+        text = text.replace(plain, symbols)
+    return Tex(re.sub(r"^Premise (\w+);", r"Premise $\1$;", text))
+
+
+def _with_unit(name: str) -> Tex:
+    match = _NAMED.match(name)
+    return escape(name) if match is None else Tex(f"{escape(match[1])} [{unit(match[2])}]")
+
+
+def _region_gains(model: TSModel, gains: RegionGains) -> list[list[Tex]]:
+    if gains.k_x is None or gains.k_I is None:
+        return []
+    return [
+        [
+            escape(i),
+            *(decimal(p.corners[c]) for p, c in zip(model.premises, rule, strict=True)),
+            *(scientific(float(k), 6) for k in (*k_x, k_I)),
+        ]
+        for i, (rule, k_x, k_I) in enumerate(
+            zip(model.rules, gains.k_x, gains.k_I, strict=True), start=1
+        )
+    ]
+
+
+def conditions(design: TurbineDesign) -> Iterator[dict[str, object]]:
+    """Yield every condition as a list of labelled formulas, with a remark on its symbols."""
+    coherent = design.effort_sharing_law is not None
+    for region in () if coherent else (design.regional.partial, design.regional.full):
+        yield posed(
+            f"Gains of the {region.region} region",
+            region.condition,
+            numbers=[Tex(rf"$\alpha = {decimal(region.requirement.decay_rate)}$~1/s")],
+            remark=_REMARKS["regional"],
+        )
+    yield posed(
+        "Gains of the wind observer",
+        _observer_problem(design),
+        numbers=[Tex(rf"$\alpha = {decimal(float(design.observer.decay_rate))}$~1/s")],
+        remark=_REMARKS["observer"],
+    )
+    if coherent and design.effort is not None:
+        yield posed("Gains of the effort-sharing law", _effort(design), remark=_REMARKS["effort"])
+    if design.candidate is not None and design.candidate.P is not None:
+        yield posed(
+            "Joint analysis of the blended loop",
+            _invariance(design.candidate),
+            remark=_REMARKS["invariance"],
+            renamed={r"\alpha_{k}": r"\vartheta_{k}", "d_{k}": r"\bar w_k", "h_{i}": r"\ell_i"},
+        )
+
+
+def _observer_problem(design: TurbineDesign) -> Condition:
+    from takagi.lmi.gains.observer import observer_condition
+
+    return observer_condition(
+        design.observer.model, decay_rate=design.observer.decay_rate, relaxation="common-gain"
+    )
+
+
+def _effort(design: TurbineDesign) -> Condition:
+    """Return the guaranteed-cost condition of the first wind node; all nodes share its form."""
+    from takagi.lmi.gains.cost.regulator import guaranteed_cost_condition
+    from takagi.lmi.turbine.effort import EffortSettings
+
+    if design.effort is None:
+        raise ValueError("a design without effort gains has no guaranteed-cost condition")
+    settings = design.settings.effort or EffortSettings()
+    stiffness = design.effort.stiffness[0]
+    A = [[[a, 0.0], [-1.0, 0.0]] for a in stiffness for _ in settings.inertia]
+    B = [[[-1 / inertia], [0.0]] for _ in stiffness for inertia in settings.inertia]
+    return guaranteed_cost_condition(np.array(A), np.array(B))
+
+
+def _invariance(candidate: EffortSharingCandidate) -> Condition:
+    """Return the invariance condition over all corners, at the claim's winds and multipliers."""
+    from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid_condition
+    from takagi.models.laws.effort_sharing.law import loop_vertices
+
+    corners = [loop_vertices(cell) for cell in candidate.cells]
+    d = [
+        v.fixed + candidate.wind_error[k] * v.per_wind_error
+        for k, v in enumerate(corners)
+    ]  # fmt: skip
+    box = candidate.box
+    e, z, y = (float(b) for b in (box.speed_error, box.effort_lag, box.speed_signal))
+    return invariant_ellipsoid_condition(
+        np.concatenate([v.A for v in corners]),
+        np.concatenate(d),
+        np.repeat(candidate.multipliers, [len(v.A) for v in corners]),
+        np.array([[1 / e, 0, 0], [0, 1 / z, 0], [1 / y, 0, -1 / y]]),
+    )
+
+
+_RELAXATIONS = {"wang-tanaka-griffin": "all pairs", "common-gain": "one gain for all rules"}
+
+
+def posed(
+    title: str,
+    condition: Condition,
+    *,
+    numbers: Sequence[Tex] = (),
+    remark: str = "",
+    renamed: Mapping[str, str] = MappingProxyType({}),
+) -> dict[str, Any]:
+    """Return the values of one condition in the templates: what it says, line by line.
+
+    Parameters
+    ----------
+    numbers : of the data that were used.
+    remark : what is to be said of its symbols; "" takes those that are known.
+    renamed : symbol of the builder -> symbol of the appendix, where that has another meaning for
+        the first.
+    """
+    lines = formula_lines(condition)
+    for symbol, replacement in renamed.items():
+        lines = [(label, formula.replace(symbol, replacement)) for label, formula in lines]
+    everything = " ".join(formula for _, formula in lines)
+    explanations = [words for token, words in _WORDS["explained"].items() if token in everything]
+    return {
+        "title": title,
+        "source": condition.source,
+        "numbers": list(numbers),
+        "remark": Tex(remark or f"Here {'; '.join(explanations)}."),
+        "lines": [(escape(plain_label(label)), _powers(formula)) for label, formula in lines],
+    }
+
+
+def _powers(formula: str) -> Tex:
+    return Tex(re.sub(r"(\d)e([+-]\d+)", lambda m: rf"{m[1]} \cdot 10^{{{int(m[2])}}}", formula))
+
+
+def posed_design(title: str, design: Design | None, *, dual: bool = False) -> list[dict[str, Any]]:
+    """Return the same for gains with the numbers used; [] for gains that were given.
+
+    Parameters
+    ----------
+    dual : whether they are an observer's, found by the dual problem.
+    """
+    if design is None or design.answer.condition is None:
+        return []
+    name, scales = design.relaxation, design.answer.coordinates
+    relaxation = f"{_RELAXATIONS[name]} ({name})" if name in _RELAXATIONS else name
+    numbers = [Tex(f"relaxation of the double sum: {escape(relaxation)}")]
+    if design.decay_rate:
+        numbers.insert(0, Tex(rf"$\alpha = {decimal(design.decay_rate)}$~1/s"))
+    if scales is not None:
+        numbers.append(Tex(f"states in units of $({listed(map(float, scales))})$"))
+    remark = _REMARKS["dual"] if dual else ""
+    return [posed(title, design.answer.condition, numbers=numbers, remark=remark)]

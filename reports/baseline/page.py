@@ -2,21 +2,229 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from fractions import Fraction
 from typing import Any, NamedTuple
 
-from takagi.reports.baseline.changes import listed_changes
-from takagi.reports.baseline.comparison import BOX, CertificateComparison, Moved
-from takagi.reports.baseline.words import (
-    failures,
-    gain_lines,
-    share_in_words,
-    summary_lines,
-    values_in_words,
-    verdict,
-    word_of,
+from takagi.certificates.checker.words.rounded import at_least, at_most
+from takagi.reports.baseline.comparison import (
+    BOX,
+    CertificateComparison,
+    GainSize,
+    Moved,
+    listed_changes,
 )
+from takagi.reports.ci_formats import markdown_cell
+from takagi.reports.output import read_words
+
+# Relative change of a figure that rounding on another processor may cause.
+ROUNDING = 1e-3
+# A ratio of gains nearer to 1 than this is not mentioned.
+_ALIKE = 0.005
+
+
+def word_of(row: Moved) -> str:
+    """Return what a change means, such as ``"slower"``; empty where nothing has changed."""
+    if not row.change:
+        return ""
+    better = row.change > 0
+    if row.claim == BOX:
+        return "wider box" if better else "narrower box"
+    for start, (good, bad) in read_words("baseline/words.toml").items():
+        if row.figure.startswith(start):
+            return str(good if better else bad)
+    return "better" if better else "worse"
+
+
+def verdict(rows: Sequence[Moved], gains: Iterable[GainSize]) -> str:
+    """Return on the whole what got better and what worse, in one phrase.
+
+    A figure that got worse within the tolerance counts too, because the phrase is about the
+    direction of the change; changes within rounding do not count.
+    """
+    judged = [(row.change > 0, word_of(row)) for row in rows if abs(float(row.change)) > ROUNDING]
+    good = list(dict.fromkeys(word for better, word in judged if better))
+    bad = list(dict.fromkeys(word for better, word in judged if not better))
+    if good and bad:
+        phrase = f"partly better ({', '.join(good)}), partly worse ({', '.join(bad)})"
+    elif good:
+        phrase = f"better ({', '.join(good)})"
+    elif bad:
+        phrase = f"worse ({', '.join(bad)})"
+    else:
+        phrase = "no figure changed"
+        phrase += f" by more than {100 * ROUNDING:g} %" if any(row.change for row in rows) else ""
+    sizes = gain_words(gains)
+    return f"{phrase}; {sizes}" if sizes else phrase
+
+
+def gain_words(gains: Iterable[GainSize]) -> str:
+    """Return how the largest gains compare; empty where they are alike or cannot be compared."""
+    ratios = [gain.ratio for gain in gains if gain.ratio is not None]
+    if not ratios or all(abs(ratio - 1) < _ALIKE for ratio in ratios):
+        return ""
+    low, high = min(ratios), max(ratios)
+    if low > 1 - _ALIKE:
+        return f"larger gains, up to {high:.3g} times"
+    if high < 1 + _ALIKE:
+        return f"smaller gains, down to {low:.3g} times"
+    return f"gains from {low:.3g} to {high:.3g} times the old ones"
+
+
+def summary_lines(compared: CertificateComparison) -> list[str]:
+    """Return a line for each row of the summary that differs."""
+    return [
+        f"{change.name}: {change.old or 'nothing'} -> {change.new or 'nothing'}"
+        for change in compared.summary
+    ]
+
+
+_LARGEST = 10**300
+# Digits of a figure: more than the first where two that differ would look the same.
+_DIGITS = (6, 9, 12, 17, 34)
+
+
+def as_text(compared: CertificateComparison, *, source: str) -> str:
+    """Return the comparison in lines; of unchanged figures only the number is given."""
+    rows = [
+        (word, means, claim, figure, f"{went} from {old} to {new}", f"({share})")
+        for word, means, claim, figure, went, old, new, share in _rows(compared)
+    ]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)] if rows else []
+    lines = [_head(compared, source)]
+    lines += [
+        "  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    lines += [f"  lost    {name}: {why}" for name, why in compared.lost.items()]
+    lines += [f"  new     {name}" for name in compared.added]
+    lines += [f"  gains   {gain}" for gain in gain_lines(compared)]
+    same = len(compared.moved) - len(rows)
+    if same:
+        lines.append(f"  {same} figure{'s are' if same > 1 else ' is'} the same")
+    lines += [f"  {line}" for line in summary_lines(compared)]
+    if compared.changed:
+        lines += ["What changed", *(f"  {line}" for line in listed_changes(compared.changed))]
+    return "\n".join(lines)
+
+
+def as_markdown(compared: CertificateComparison, *, source: str) -> str:
+    """Return the comparison for a pull request: every figure that moved, and what changed."""
+    lines = [f"### {markdown_cell(_head(compared, source))}", ""]
+    rows = list(_rows(compared))
+    if rows:
+        lines += [
+            "| | Means | Claim | Figure | | Old | New | Change |",
+            "|---|---|---|---|---|---|---|---|",
+        ]
+        lines += ["| " + " | ".join(map(markdown_cell, row)) + " |" for row in rows]
+        lines.append("")
+    lines += [f"- lost: {markdown_cell(f'{name}: {why}')}" for name, why in compared.lost.items()]
+    lines += [f"- new: {markdown_cell(name)}" for name in compared.added]
+    lines += [f"- gains: {markdown_cell(gain)}" for gain in gain_lines(compared)]
+    lines += [f"- {markdown_cell(line)}" for line in summary_lines(compared)]
+    lines += [f"- changed: {markdown_cell(line)}" for line in listed_changes(compared.changed)]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def as_data(compared: CertificateComparison) -> dict[str, Any]:
+    """Return the comparison as plain data; numbers that are not finite are None."""
+    return {
+        "passes": compared.passes,
+        "verdict": verdict(compared.moved, compared.gains),
+        "tolerance": float(compared.tolerance),
+        "figures": [
+            {
+                "claim": row.claim,
+                "figure": row.figure,
+                "unit": row.unit,
+                "wind": row.place or None,
+                "old": _plain(row.old),
+                "new": _plain(row.new),
+                "change": _plain(row.change),
+                "worse": row.worse,
+                "means": word_of(row) or None,
+            }
+            for row in compared.moved
+        ],
+        "gains": [{"gain": gain.name, "old": gain.old, "new": gain.new} for gain in compared.gains],
+        "summary": [asdict(change) for change in compared.summary],
+        "lost": [{"claim": name, "reason": why} for name, why in compared.lost.items()],
+        "added": list(compared.added),
+        "changed": [asdict(change) for change in compared.changed],
+    }
+
+
+def _head(compared: CertificateComparison, source: str) -> str:
+    """Return the first line: what failed, and what got better or worse on the whole."""
+    allowed = f"by more than {float(100 * compared.tolerance):g} %"
+    overall = verdict(compared.moved, compared.gains)
+    if compared.passes:
+        return f"Against {source}: nothing got worse {allowed}; {overall}"
+    return f"Against {source}: {', '.join(failures(compared))}; {overall}"
+
+
+def failures(compared: CertificateComparison) -> list[str]:
+    """Return why a comparison does not pass, a phrase each; [] where it passes."""
+    worse, lost = sum(row.worse for row in compared.moved), len(compared.lost)
+    allowed = f"by more than {float(100 * compared.tolerance):g} %"
+    phrases = [f"{_counted(worse, 'figure')} got worse {allowed}"] if worse else []
+    return [*phrases, *([f"{_counted(lost, 'claim')} lost"] if lost else [])]
+
+
+def gain_lines(compared: CertificateComparison) -> Iterator[str]:
+    """Yield the gains whose largest size over the rules has changed, and how."""
+    for gain in compared.gains:
+        if gain.old != gain.new:
+            went = "larger" if gain.new > gain.old else "smaller"
+            yield f"{gain.name}: {went}, at most {gain.old:.6g} before and {gain.new:.6g} now"
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' if count > 1 else ''}"
+
+
+def _rows(compared: CertificateComparison) -> Iterator[tuple[str, ...]]:
+    """Yield word, meaning, claim, figure, which way it went, old and new, and by how much."""
+    for row in compared.moved:
+        if not row.change:
+            continue
+        word = "WORSE" if row.worse else "worse" if row.change < 0 else "better"
+        figure = f"{row.figure} [{row.unit}]" if row.unit else row.figure
+        if row.place:
+            figure += f", {row.place}"
+        went = "rose" if row.new > row.old else "fell"
+        values = values_in_words(row)
+        yield (word, word_of(row), row.claim, figure, went, *values, share_in_words(row))
+
+
+def share_in_words(row: Moved) -> str:
+    """Return the relative change, rounded towards the worse side."""
+    word = "worse" if row.change < 0 else "better"
+    if not isinstance(row.change, Fraction):
+        return word
+    if row.change < 0:
+        return f"{at_most(-100 * row.change, 3)} % worse"
+    return f"{at_least(100 * row.change, 3)} % better"
+
+
+def values_in_words(row: Moved) -> tuple[str, str]:
+    """Return both values; with more digits than usual if they would otherwise look equal."""
+    for digits in _DIGITS:
+        old, new = _number(row.old, digits), _number(row.new, digits)
+        if old != new or row.old == row.new:
+            break
+    return old, new
+
+
+def _number(value: Fraction | float, digits: int) -> str:
+    return at_least(value, digits) if isinstance(value, Fraction) else "none"
+
+
+def _plain(value: Fraction | float) -> float | None:
+    """Return a float; None for what is infinite, and for what no float can hold."""
+    return float(value) if -_LARGEST < value < _LARGEST else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,9 +14,11 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cache
 from typing import Any, TypeAlias
 
 from takagi.models.errors import ModelError
+from takagi.reports.output import read_words
 
 # Function -> (least, most) number of its arguments; None means any number.
 FUNCTIONS: dict[str, tuple[int, int | None]] = {
@@ -314,6 +316,12 @@ class ControllerProgram:
         """Yield every name: constants, inputs, kept values, steps and outputs."""
         for named in (self.constants, self.inputs, self.kept, self.assignments):
             yield from (entry.name for entry in named)
+
+
+@cache
+def reserved_words(language: str) -> frozenset[str]:
+    """Return the words of a language that names must not be; ``reserved_words.toml`` has them."""
+    return frozenset(read_words("code/reserved_words.toml")[language].split())
 
 
 LONGEST = 63  # characters that C99 promises to tell apart

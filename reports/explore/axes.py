@@ -15,8 +15,7 @@ from takagi.certificates.design.plant.gains import input_limits
 from takagi.models.plant.plant import file_unit
 from takagi.reports.loops.plant_claims import norm_settling_time, settling_time
 from takagi.reports.loops.plant_loop import largest_commands, plant_loop
-from takagi.reports.page.rounded_bounds import at_least
-from takagi.reports.page.text import behind, name_of
+from takagi.reports.page.text import at_least, behind, name_of
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign

@@ -17,8 +17,8 @@ from takagi.certificates.design.turbine.result import claim_summary
 from takagi.models.errors import ModelError
 from takagi.reports.explore.axes import Axis, Steps
 from takagi.reports.explore.books import Book
-from takagi.reports.page.rounded_bounds import at_least, at_most
-from takagi.reports.sections.turbine.cells import over_rated
+from takagi.reports.page.text import at_least, at_most
+from takagi.reports.sections.turbine.model import over_rated
 from takagi.reports.sections.turbine.summary import (
     LINEAR,
     REFERENCE,

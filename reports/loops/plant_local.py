@@ -1,24 +1,24 @@
-r"""The linear loops of a plant: at its rest and at the vertices, their poles and margins.
-
-A loop is broken at input k while the others stay closed: L_k(s) = K_k (s I - A + B' K')^{-1} B_k,
-with B' K' of the other inputs (negative feedback).  In discrete time s is replaced by
-z = e^{j omega T}.
-"""
+"""A plant's linear loops at rest and at vertices, and a linear-quadratic regulator beside them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from takagi.models.arrays import Complex, Floats
+from takagi.models.errors import ModelError
+from takagi.reports.loops.plant_claims import SETTLED, half_widths
+from takagi.reports.loops.plant_loop import largest_commands
 from takagi.reports.margins.margins import Margins, loop_margins
 from takagi.reports.margins.response import LoopResponse, continuous_response, sampled_response
 
 if TYPE_CHECKING:
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.reports.loops.plant_loop import PlantLoop
 
 # Loops at vertices are listed up to this many rules.
@@ -110,3 +110,123 @@ def common_frequencies(loops: Sequence[PlantLocalLoop]) -> Floats:
     if any(local_loop.response.at_infinity is None for local_loop in loops):
         high = min(high, min(float(e[-1]) for e in ends))
     return np.geomspace(low, max(high, 10 * low), 700)
+
+
+# With more, the set of the regulator takes longer than a few seconds to seek and prove.
+MOST_RULES, MOST_STATES = 16, 6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Regulator:
+    """The regulator u = u* - K (x - x*) beside the design's law at rest.
+
+    Attributes
+    ----------
+    gain : K (m, n) of the regulator.
+    poles, own_poles : of the two linear loops at rest.
+    states, inputs : (n,) and (m,): the sizes that the weights are made of, SI.
+    starts : (n,) how far each state alone may start off rest in the set that is proved for the
+        regulator; None where none is proved.
+    sought : whether that set was sought.
+    """
+
+    gain: Floats
+    poles: Complex
+    own_poles: Complex
+    states: Floats
+    inputs: Floats
+    starts: Floats | None
+    sought: bool
+
+    def settling(self, *, of_design: bool, step: float | None) -> float | None:
+        """Return the time [s] in which the slowest mode of a linear loop falls to 2 %."""
+        poles = self.own_poles if of_design else self.poles
+        if step is None:
+            rate = float(-poles.real.max())
+        else:
+            rate = float(-np.log(np.maximum(np.abs(poles).max(), 1e-300)) / step)
+        return float(-np.log(SETTLED) / rate) if rate > 0 else None
+
+
+@lru_cache(maxsize=4)
+def regulator(design: PlantDesign) -> Regulator | None:
+    """Return the regulator beside a design; None without inputs, sizes or a stabilising solution.
+
+    A plant behind a blend has none, because one of its inputs is the rate of an effort; nor has a
+    law with outputs, whose observer or controller a regulator of all states does not need.
+    """
+    from takagi.certificates.design.plant.candidates import regulator_gain
+    from takagi.certificates.design.plant.gains import rounded_gains
+    from takagi.reports.loops.plant_loop import plant_loop
+
+    loop = plant_loop(design)
+    sizes = design.regulator_sizes or _sizes(loop)
+    special = loop.blend is not None or loop.observed is not None
+    if loop.gains is None or special or loop.plant.integrators or sizes is None:
+        return None
+    rest, design_gain = loop.at_rest()
+    assert design_gain is not None
+    states, inputs = sizes
+    gain = regulator_gain(rest.A, rest.B, states, inputs, loop.model.sample_time)
+    if gain is None:
+        return None
+    gain = rounded_gains(gain[None], 4)[0]
+    sought = len(loop.model.rules) <= MOST_RULES and len(loop.names) <= MOST_STATES
+    return Regulator(
+        gain,
+        np.linalg.eigvals(rest.A - rest.B @ gain).astype(np.complex128),
+        np.linalg.eigvals(rest.A - rest.B @ design_gain).astype(np.complex128),
+        states,
+        inputs,
+        _starts(design, gain) if sought else None,
+        sought,
+    )
+
+
+def regulator_loop(loop: PlantLoop, beside: Regulator) -> PlantLoop:
+    """Return the plant under the regulator; the design's set and function are left out."""
+    gains = np.broadcast_to(beside.gain, (len(loop.model.rules), *beside.gain.shape))
+    return replace(
+        loop, gains=gains, P=None, level=None, level_proved=False, decay_rate=None, decay_P=None
+    )
+
+
+def _sizes(loop: PlantLoop) -> tuple[Floats, Floats] | None:
+    """Return the sizes of states and inputs for the weights; None where one has none."""
+    model, reach = loop.model, half_widths(loop)
+    states = _halves(loop, model.states, reach)
+    commands = [size for _, size in largest_commands(loop)] if reach is not None else None
+    inputs = _halves(loop, model.inputs, None if commands is None else np.array(commands))
+    return None if states is None or inputs is None else (states, inputs)
+
+
+def _halves(loop: PlantLoop, labels: tuple[str, ...], instead: Floats | None) -> Floats | None:
+    widths = []
+    for k, label in enumerate(labels):
+        ends = loop.model.box.get(label)
+        if ends is not None:
+            widths.append(min(abs(float(end)) for end in ends))
+        elif instead is not None:
+            widths.append(float(instead[k]))
+        else:
+            return None
+    sizes = np.array(widths)
+    return sizes if sizes.size and np.all(np.isfinite(sizes) & (sizes > 0)) else None
+
+
+def _starts(design: PlantDesign, gain: Floats) -> Floats | None:
+    """Return how far each state alone may start in the set that is proved for a gain."""
+    from takagi.certificates.claims.certification import certify
+    from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
+    from takagi.reports.loops.plant_loop import proved_claims
+
+    try:
+        certified = certify(design.model, gain, claims=[InvariantEllipsoid()])
+    except ModelError:
+        return None
+    kinds = proved_claims(certified.document, certified.checked)
+    sets = [claim for claim in kinds if claim["kind"] == "invariant-ellipsoid"]
+    if not sets or not all(claim.verdict.name == "PROVED" for claim in certified.checked.claims):
+        return None
+    P, level = sets[0]["P"], Fraction(str(sets[0]["level"]))
+    return np.array([float(level / Fraction(str(P[k][k]))) ** 0.5 for k in range(len(P))])

@@ -7,19 +7,24 @@ it is a loop that runs, with a margin.  All figures are floating point: measured
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import pi
 
 import numpy as np
 
-from takagi.models.arrays import Complex
+from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.simulation.turbine_plant import SimulatedTurbine
 from takagi.reports.margins.margins import DiskMargin, Margins, disk_of, loop_margins
 from takagi.reports.margins.response import BrokenLoops, broken_loops
 from takagi.reports.margins.running_loop import (
     NOMINAL,
     WAKES,
+    NoEquilibrium,
     PlantChoice,
     RunningLoop,
     RunningLoops,
@@ -226,3 +231,282 @@ def slow_sampling(sample_time: float, modes: Sequence[Mode]) -> str | None:
         f"{period:.3g} s: less than {SAMPLES_A_PERIOD:g} samples a period; sample at least every "
         f"{np.floor(longest / unit) * unit:.2g} s"
     )
+
+
+# Step of wind for the nominal plant [m/s]; all plants are measured at every whole wind.
+FINE = 0.2
+# A least disk margin is least as far as this to both sides [m/s]: two steps, so that noise of the
+# linearisation in one of them makes no place.
+AROUND = 0.4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SearchedMargins:
+    """Margins over all winds.
+
+    Attributes
+    ----------
+    rows : by wind, the machine as its file says first.
+    whole : winds with all plants, at which nothing special happens: whole ones, and both ends.
+    least : winds with all plants between them: a disk margin of the machine as its file says is
+        locally least there, a loop begins or ends to act, or a margin of another plant is less
+        than at the winds around.
+    none : winds at which the loop has no rest.
+    """
+
+    rows: tuple[RunningMargins, ...]
+    whole: tuple[float, ...]
+    least: tuple[float, ...]
+    none: tuple[float, ...]
+
+
+def searched_margins(loops: RunningLoops) -> SearchedMargins:
+    """Return the margins from cut-in to cut-out: finely, and for all plants where it counts.
+
+    Raises
+    ------
+    ModelError : what ``running_margins`` refuses, but for a missing rest.
+    """
+    turbine = loops.plant.turbine
+    found: dict[float, list[RunningMargins]] = {}
+    none = []
+    for wind in winds_between(turbine.cut_in, turbine.cut_out, FINE):
+        try:
+            found[wind] = list(running_margins(loops, [wind], plants=[NOMINAL]))
+        except NoEquilibrium:
+            none.append(wind)
+    whole = [v for v in winds_between(turbine.cut_in, turbine.cut_out, 1.0) if v in found]
+    nominal = [rows[0] for rows in found.values()]
+    least = sorted((_least_winds(nominal) | _first_and_last(nominal)) - set(whole))
+    others = [plant for plant in PLANTS if plant != NOMINAL]
+    for wind in (*whole, *least):
+        found[wind] += running_margins(loops, [wind], plants=others)
+    # The other plants are weakest elsewhere: follow each margin down from where it is least so far.
+    every = {*whole, *least}
+    for kind in ("gain", "phase", "delay", "disk", "both"):
+        for wind in _downhill(found, every, kind):
+            found[wind] += running_margins(loops, [wind], plants=others)
+            every.add(wind)
+            least.append(wind)
+    least.sort()
+    rows = tuple(row for wind in sorted(found) for row in found[wind])
+    return SearchedMargins(rows, tuple(whole), tuple(least), tuple(none))
+
+
+def _size(row: RunningMargins, kind: str) -> float:
+    """Return the least margin of a kind among the loops, or the disk margin of both at once."""
+    if kind == "both":
+        return row.both.alpha
+    sizes = (m.disk.alpha if kind == "disk" else getattr(m, kind) for _, m in row.loops)
+    return min(sizes, default=math.inf)
+
+
+def _downhill(
+    found: Mapping[float, Sequence[RunningMargins]], every: Set[float], kind: str
+) -> Iterator[float]:
+    """Yield the winds to look at next with all plants, until the least has both neighbours.
+
+    ``every`` are the winds with all plants; who asks adds each wind that is yielded, and its rows.
+    """
+
+    def value(wind: float) -> float:
+        return min(_size(row, kind) for row in found[wind])
+
+    winds = sorted(found)
+    while every:
+        place = winds.index(min(sorted(every), key=value))
+        around = (winds[k] for k in (place - 1, place + 1) if 0 <= k < len(winds))
+        new = next((wind for wind in around if wind not in every), None)
+        if new is None:
+            return
+        yield new
+
+
+def winds_between(low: float, high: float, step: float) -> tuple[float, ...]:
+    """Return the multiples of a step between two winds, and the two [m/s]."""
+    count = range(math.ceil(low / step), math.floor(high / step + 1e-9) + 1)
+    return tuple(sorted({low, high, *(round(k * step, 6) for k in count)}))
+
+
+def _least_winds(rows: Sequence[RunningMargins]) -> set[float]:
+    """Return where a disk margin is the least around, loop by loop."""
+    found, winds = set(), np.array([row.wind for row in rows])
+    for loop in ("torque", "pitch", "both"):
+        alphas = np.array([_alpha(row, loop) for row in rows])
+        for wind, alpha in zip(winds, alphas, strict=True):
+            # Where the machine itself is unstable the other plants tell nothing more.
+            if 0 < alpha <= np.nanmin(alphas[np.abs(winds - wind) <= AROUND], initial=math.inf):
+                found.add(float(wind))
+    return found
+
+
+def _first_and_last(rows: Sequence[RunningMargins]) -> set[float]:
+    """Return the first and the last wind at which each loop acts, and where it has a gap.
+
+    Its gain begins with a finite value there: a margin may be least at that end, without being
+    locally least.
+    """
+    found: set[float] = set()
+    for loop in ("torque", "pitch"):
+        acts = [loop in dict(row.loops) for row in rows]
+        for k, (row, here) in enumerate(zip(rows, acts, strict=True)):
+            before, after = acts[max(k - 1, 0)], acts[min(k + 1, len(rows) - 1)]
+            if here and not (before and after):
+                found.add(row.wind)
+    return found
+
+
+def _alpha(row: RunningMargins, loop: str) -> float:
+    if loop == "both":
+        return row.both.alpha
+    margins = dict(row.loops).get(loop)
+    return math.nan if margins is None else margins.disk.alpha
+
+
+def wind_ranges(winds: Sequence[float], of: Sequence[float]) -> str:
+    """Return some of all winds in words, neighbours as a range: "4 to 5.2 and 11 m/s"."""
+    places = {wind: place for place, wind in enumerate(sorted(set(of)))}
+    ordered = sorted(set(winds))
+    cuts = [0, *(k + 1 for k, (a, b) in enumerate(pairwise(ordered)) if places[b] > places[a] + 1)]
+    spans = [ordered[a:b] for a, b in pairwise([*cuts, len(ordered)])]
+    words = [f"{s[0]:g}" if len(s) == 1 else f"{s[0]:g} to {s[-1]:g}" for s in spans]
+    return f"{', '.join(words[:-1])} and {words[-1]} m/s" if words[1:] else f"{words[0]} m/s"
+
+
+LEAST_GAIN = 1.2
+LEAST_PHASE = 10 * pi / 180
+COMMANDS = ("torque", "pitch")
+# Steps up to the least margin: instability may begin at a factor, and end at a larger one.
+STEPS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class SmallMargin:
+    """A margin that is below the least one.
+
+    Attributes
+    ----------
+    kind : "gain", "phase" or "delay".
+    command : "torque", "pitch" or, for the delay, "torque and pitch".
+    share : of the least margin at which the loop is unstable, in steps; smaller is worse.
+    """
+
+    kind: str
+    command: str
+    share: float
+
+
+def small_margins(loop: RunningLoop) -> tuple[SmallMargin, ...]:
+    """Return the margins of a stable loop that are below the least ones."""
+    shares = np.arange(1, STEPS + 1) / STEPS
+    found = []
+    for place, command in enumerate(COMMANDS):
+        for kind in ("gain", "phase"):
+            bad = [share for share in shares if not _keeps(loop, place, kind, float(share))]
+            if bad:
+                found.append(SmallMargin(kind, command, float(bad[0])))
+    if not _stable(*_later(loop)):
+        found.append(SmallMargin("delay", "torque and pitch", 1.0))
+    return tuple(found)
+
+
+def _keeps(loop: RunningLoop, place: int, kind: str, share: float) -> bool:
+    if kind == "phase":
+        return _stable_with(loop, place, np.exp(1j * share * LEAST_PHASE))
+    factor = LEAST_GAIN**share
+    return all(_stable_with(loop, place, one) for one in (factor, 1 / factor))
+
+
+def _stable_with(loop: RunningLoop, place: int, factor: complex) -> bool:
+    factors = np.ones(2, dtype=np.complex128)
+    factors[place] = factor
+    return _stable(loop.A, loop.B * factors, loop.C)
+
+
+def _later(loop: RunningLoop) -> tuple[Floats, Floats, Floats]:
+    """Return the loop with both commands one sample later: they are two states more."""
+    n = len(loop.A)
+    A, B, C = np.zeros((n + 2, n + 2)), np.zeros((n + 2, 2)), np.zeros((2, n + 2))
+    A[:n, :n], A[:n, n:], B[n:], C[:, :n] = loop.A, loop.B, np.eye(2), loop.C
+    return A, B, C
+
+
+def _stable(A: Floats, B: Floats | Complex, C: Floats) -> bool:
+    return float(np.abs(np.linalg.eigvals(A - B @ C)).max()) < 1
+
+
+# A loop counts as unstable where it grows faster than this [1/s]; less is the noise of differences.
+GROWTH = 1e-4
+# Where it decays slower than this [1/s], the nodes of the law's tables around are looked at, too.
+CLOSE = 0.03
+
+
+def loop_at(
+    loops: RunningLoops, wind: float, plant: PlantChoice = NOMINAL, side: int | None = None
+) -> RunningLoop | None:
+    """Return the loop at a wind [m/s]; None where it has no equilibrium."""
+    try:
+        return loops.at(wind, plant, side)
+    except NoEquilibrium:
+        return None
+
+
+def growths(
+    loops: RunningLoops, winds: Sequence[float], plant: PlantChoice = NOMINAL
+) -> dict[float, float]:
+    """Return wind -> largest real part of the loop's poles [1/s], where it has a rest.
+
+    At a node of the law's tables it is the larger one of both sides.
+    """
+    nodes, found = _nodes(loops), {}
+    for wind in winds:
+        sides = loops.sides(wind) if wind in nodes else loops.sides(wind)[:1]
+        at_wind = [loop_at(loops, wind, plant, side) for side in sides]
+        rates = [float(loop.poles.real.max()) for loop in at_wind if loop is not None]
+        if rates:
+            found[wind] = max(rates)
+    return found
+
+
+def growths_over_wind(loops: RunningLoops) -> dict[float, float]:
+    """Return wind -> growth [1/s] from cut-in to cut-out, for the plant of the file.
+
+    Every ``FINE`` m/s, and where the loop is close to growing at the nodes of the law's tables,
+    too: between the winds it may grow faster.
+    """
+    turbine = loops.plant.turbine
+    found = growths(loops, fine_winds(loops))
+    close = [wind for wind, rate in found.items() if rate > -CLOSE]
+    nodes = [w for w in _nodes(loops) if turbine.cut_in <= w <= turbine.cut_out]
+    return found | growths(loops, [n for n in nodes if any(abs(n - w) < FINE for w in close)])
+
+
+def unstable(loops: RunningLoops, winds: Sequence[float], plant: PlantChoice = NOMINAL) -> bool:
+    """Return whether the loop grows at one of the winds."""
+    return any(rate > GROWTH for rate in growths(loops, winds, plant).values())
+
+
+def fine_winds(loops: RunningLoops) -> tuple[float, ...]:
+    """Return the winds from cut-in to cut-out, every ``FINE`` m/s."""
+    turbine = loops.plant.turbine
+    return winds_between(turbine.cut_in, turbine.cut_out, FINE)
+
+
+def decisive_winds(loops: RunningLoops) -> tuple[float, ...]:
+    """Return the whole winds, and three where pitch begins to act: the weakest place of it."""
+    turbine = loops.plant.turbine
+    whole = winds_between(turbine.cut_in, turbine.cut_out, 1.0)
+    acting = [wind for wind in fine_winds(loops) if _pitch_acts(loops, wind)]
+    return tuple(sorted({*whole, *acting[:3]}))
+
+
+def _pitch_acts(loops: RunningLoops, wind: float) -> bool:
+    try:
+        return bool(loops.rest(wind).plant[1] > loops.plant.turbine.pitch_min)
+    except NoEquilibrium:
+        return False
+
+
+def _nodes(loops: RunningLoops) -> list[float]:
+    law = loops.program.law
+    return law.schedule.wind.tolist() if isinstance(law, EffortSharingLaw) else []

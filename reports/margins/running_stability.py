@@ -9,7 +9,7 @@ of ``PLANTS`` (inertia and wake, the ends of what a certificate covers) at whole
 pitch begins to act.  An unstable loop is refused with its wind and with the part that makes it so:
 the first one without which the loop is stable there.
 
-A stable loop whose margins are below those of ``loops_over_wind`` is noted, with wind, mode and
+A stable loop whose margins are below those of ``running_over_wind`` is noted, with wind, mode and
 cure.
 
 A law with a fast wind filter is for a wind that is measured (docs/laws.md): a loop that the
@@ -32,28 +32,31 @@ from takagi.certificates.design.turbine.effort_sharing_gains import (
 from takagi.certificates.design.turbine.result import speed_filter
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import DesignSettings
+from takagi.lmi.turbine.effort import EffortSettings
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import derated
-from takagi.reports.margins.design_levers import effort_of
-from takagi.reports.margins.loops_over_wind import (
+from takagi.reports.margins.running_loop import NOMINAL, SAMPLE, PlantChoice, RunningLoops
+from takagi.reports.margins.running_over_wind import (
     GROWTH,
     LEAST_GAIN,
     LEAST_PHASE,
+    Mode,
     SmallMargin,
     decisive_winds,
     fine_winds,
     growths,
     growths_over_wind,
     loop_at,
+    plant_modes,
     small_margins,
     unstable,
+    wind_ranges,
 )
-from takagi.reports.margins.running_loop import NOMINAL, SAMPLE, PlantChoice, RunningLoops
-from takagi.reports.margins.running_over_wind import Mode, plant_modes
-from takagi.reports.margins.running_search import wind_ranges
+from takagi.reports.output import sentence
 
+WORDS = "margins/words.toml"
 # Gets a step in words.
 Tell: TypeAlias = Callable[[str], None]
 
@@ -112,11 +115,7 @@ def unstable_loop(loops: RunningLoops, settings: DesignSettings, tell: Tell) -> 
     tell(f"{turbine.cut_in:g} to {turbine.cut_out:g} m/s")
     which, rates = NOMINAL, growths_over_wind(loops)
     if not rates:
-        raise ModelError(
-            f"from {turbine.cut_in:g} to {turbine.cut_out:g} m/s the loop that runs (validation "
-            "plant, with observer and filters) has an equilibrium near the turbine's trim at no "
-            "wind, so its stability is not known; another set-point or wind filter may help"
-        )
+        raise ModelError(sentence(WORDS, "no rest", low=turbine.cut_in, high=turbine.cut_out))
     bad = {wind: rate for wind, rate in rates.items() if rate > GROWTH}
     if not bad:
         tell("inertia and wake at the ends of what is covered")
@@ -130,10 +129,7 @@ def unstable_loop(loops: RunningLoops, settings: DesignSettings, tell: Tell) -> 
     slower = loops.other(law=_with_filter(loops, usual))
     by_filter = settings.wind_filter < usual and not unstable(slower, [*bad], which)
     if by_filter:
-        what = (
-            f"the wind filter of {settings.wind_filter:g} s does it, {usual:g} s does not: this "
-            "law needs a wind that is measured, by a lidar say"
-        )
+        what = sentence(WORDS, "filter", filter=settings.wind_filter, usual=usual)
     else:
         tell(f"unstable at {worst:g} m/s; looking for the part that does it")
         part, change = _culprit(loops, lambda one: not unstable(one, [worst], which))
@@ -145,9 +141,16 @@ def unstable_loop(loops: RunningLoops, settings: DesignSettings, tell: Tell) -> 
         ways = [*([change] if change else []), *tried]
         what = f"{part}{' or '.join(ways) or NO_CURE} makes it stable"
     return UnstableLoop(
-        f"at {worst:g} m/s the loop that runs (validation plant{_plant_words(which)}, with "
-        f"observer and filters, sampled every {SAMPLE * 1e3:g} ms) is unstable: it grows at "
-        f"{bad[worst]:.3g} 1/s; unstable at {wind_ranges([*bad], [*rates])}; {what}",
+        sentence(
+            WORDS,
+            "unstable",
+            wind=worst,
+            plant=_plant_words(which),
+            sample=SAMPLE * 1e3,
+            growth=bad[worst],
+            winds=wind_ranges([*bad], [*rates]),
+            what=what,
+        ),
         by_filter,
     )
 
@@ -183,7 +186,7 @@ def _cures(
     tell: Tell,
 ) -> list[str]:
     """Return options of the command line that make the loop stable, one a kind."""
-    effort, turbine = effort_of(settings), loops.plant.turbine
+    effort, turbine = settings.effort or EffortSettings(), loops.plant.turbine
 
     def narrower(factor: float) -> tuple[str, Callable[[], EffortSharingLaw]]:
         number = _short(factor * effort.bandwidth)
@@ -241,19 +244,12 @@ def _culprit(loops: RunningLoops, good: Callable[[RunningLoops], bool]) -> tuple
         else:
             without, change = replace(plant, torsion=False), "a stiffer drivetrain"
         if good(loops.other(plant=without)):
-            return (
-                f"{_mode_words(mode)} lies inside the crossover, since without it the loop is "
-                "stable there: ",
-                change,
-            )
+            return sentence(WORDS, "mode", mode=_mode_words(mode)), change
     drive = turbine.pitch_drive_frequency
     quicker = replace(turbine, pitch_drive_frequency=QUICKER * drive)
     if good(loops.other(plant=replace(plant, turbine=quicker))):
-        return (
-            f"the pitch drive, {drive:.3g} rad/s ({drive / 2 / pi:.3g} Hz), is too slow, since "
-            f"with {QUICKER:g} times that the loop is stable there: ",
-            "a quicker pitch drive",
-        )
+        words = sentence(WORDS, "drive", drive=drive, hertz=drive / 2 / pi, times=QUICKER)
+        return words, "a quicker pitch drive"
     return "", ""
 
 
@@ -278,11 +274,10 @@ def small_margin_note(loops: RunningLoops) -> str | None:
     part, change = _culprit(loops, lambda one: _without_small(one, worst))
     part = part.replace("the loop is stable there: ", "the margin is larger there; ")
     ways = [*([change] if change else []), *_ways(least)]
-    return (
-        f"small margins: at {worst:g} m/s the loop that runs (sampled every {SAMPLE * 1e3:g} ms) "
-        f"becomes unstable {_by_how_much(least)}; a margin is that small at "
-        f"{wind_ranges([*met], winds)}; {part}what helps: {', '.join(ways)}"
-    )
+    return sentence(
+        WORDS, "small margins", wind=worst, sample=SAMPLE * 1e3, least=_by_how_much(least),
+        winds=wind_ranges([*met], winds), part=part, ways=", ".join(ways),
+    )  # fmt: skip
 
 
 def _without_small(loops: RunningLoops, wind: float) -> bool:
@@ -293,25 +288,23 @@ def _without_small(loops: RunningLoops, wind: float) -> bool:
 def _by_how_much(one: SmallMargin) -> str:
     if one.kind == "gain":
         factor = LEAST_GAIN**one.share
-        return (
-            f"if {one.command} is {100 * (factor - 1):.0f} % larger or smaller than its command "
-            f"(gain margin at most {factor:.3g}, at least {LEAST_GAIN:g} is advised)"
-        )
+        return sentence(
+            WORDS, "gain", command=one.command, more=100 * (factor - 1), factor=factor,
+            least=LEAST_GAIN,
+        )  # fmt: skip
     if one.kind == "phase":
-        return (
-            f"with {degrees(one.share * LEAST_PHASE):.2g} deg more lag or lead of {one.command} "
-            f"(phase margin; at least {degrees(LEAST_PHASE):.0f} deg is advised)"
-        )
+        least = degrees(LEAST_PHASE)
+        return sentence(WORDS, "phase", command=one.command, lag=one.share * least, least=least)
     return f"if the commands come one sample later ({SAMPLE * 1e3:g} ms)"
 
 
 def _ways(least: SmallMargin) -> list[str]:
     """Return options of the command line that make such a margin larger."""
-    asked = f"gain {LEAST_GAIN:g}, phase {degrees(LEAST_PHASE):.0f}deg, delay {SAMPLE * 1e3:g}ms"
     of_torque = ["a band-stop below the torsion mode (--torsion-filter)", "a faster --speed-filter"]
     return [
         *(of_torque if least.command != "pitch" else []),
-        f'a smaller --bandwidth, or --margins "{asked}", which looks for numbers that keep them',
+        "a smaller --bandwidth",
+        "a slower --wind-filter",
     ]
 
 
@@ -345,13 +338,7 @@ def slow_drive_note(turbine: Turbine) -> str | None:
     """Return what helps where the pitch drive is too slow for the proof; None where it is not."""
     if turbine.pitch_time_constant < SLOW_DRIVE:
         return None
-    return (
-        f"pitch.time_constant is {turbine.pitch_time_constant:.3g} s: the claim about the whole "
-        "loop will probably be UNDECIDED near the wind at which pitch begins to act (for the NREL "
-        f"5-MW turbine at 11.45 to 11.55 m/s from {SLOW_DRIVE:g} s on; its own 0.2 s is proved). A "
-        "quicker pitch drive helps; bandwidth, wind filter, inertia and wake were tried there and "
-        "do not"
-    )
+    return sentence(WORDS, "slow drive", lag=turbine.pitch_time_constant, slow=SLOW_DRIVE)
 
 
 def two_drives_note(turbine: Turbine) -> str | None:
@@ -364,10 +351,8 @@ def two_drives_note(turbine: Turbine) -> str | None:
     second = 2 * turbine.pitch_drive_damping / frequency
     if max(first, second) <= SAME_DRIVE * min(first, second):
         return None
-    return (
-        f"two pitch drives: pitch.time_constant is {first:.3g} s, and pitch.drive_frequency "
-        f"{frequency:.3g} rad/s with drive_damping {turbine.pitch_drive_damping:.3g} lags by "
-        f"{second:.3g} s; the proof is about the first, stability, margins and simulations about "
-        f"the second; describe one drive: time_constant {second:.2g} s, or drive_frequency "
-        f"{2 * turbine.pitch_drive_damping / first:.2g} rad/s"
-    )
+    damping = turbine.pitch_drive_damping
+    return sentence(
+        WORDS, "two drives", first=first, frequency=frequency, damping=damping, second=second,
+        other=2 * damping / first,
+    )  # fmt: skip

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.reports.margins.running_over_wind import RunningMargins
-from takagi.reports.margins.running_search import wind_ranges
+from takagi.reports.margins.running_over_wind import RunningMargins, wind_ranges
 
 _WORD = re.compile(r"\s*([a-z]+)\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([A-Za-z°]*)\s*")
 # Name -> unit as written -> factor to what is compared; "" where no unit is needed.
@@ -29,6 +28,11 @@ _UNITS: Mapping[str, Mapping[str, float]] = {
     "sample": _TIME,
     "computing": _TIME,
 }
+# What the message on a missed threshold ends with.
+RAISED_BY = (
+    "margins grow with a smaller --bandwidth or --bandwidth-growth, a slower --wind-filter, a "
+    "faster --speed-filter, a band-stop (--torsion-filter) and a larger --pitch-effectiveness-share"
+)
 EXAMPLE = '"gain 1.5, phase 10deg, delay 15ms"'
 
 
@@ -102,24 +106,6 @@ def failed(rows: Sequence[RunningMargins], asked: AskedMargins) -> tuple[str, ..
                 f"{_figure(kind, needed)} is asked; missed at {winds}"
             )
     return tuple(found)
-
-
-def shares_of(row: RunningMargins, asked: AskedMargins) -> Mapping[str, float]:
-    """Return each kind of margin that is asked -> what there is over what is asked [-].
-
-    For a gain both are logarithms.  1 and above is kept; an unstable loop has 0 or less.
-    """
-
-    def share(kind: str, value: float, needed: float) -> float:
-        return math.log(value) / math.log(needed) if kind == "gain" else value / needed
-
-    found = {
-        kind: share(kind, max(_least(row, kind).value, float(kind == "gain")), needed)
-        for kind, needed in _kinds(asked)
-        if needed > (kind == "gain")
-    }
-    unstable = min(row.decay_rate, 0.0)
-    return {kind: value + unstable if unstable else value for kind, value in found.items()}
 
 
 def measured(rows: Sequence[RunningMargins], asked: AskedMargins, source: str) -> tuple[str, ...]:

@@ -6,10 +6,14 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from decimal import Decimal
+from fractions import Fraction
+from math import ceil
 from typing import Any
 
+from takagi.certificates.checker.words import rounded as shown
 from takagi.models.files.units import behind as behind
-from takagi.reports.page import rounded_bounds as bounds
+from takagi.reports.output import read_words
 
 
 def name_of(label: str) -> str:
@@ -65,6 +69,24 @@ class Table:
         return tuple(
             any(len(row[k]) > LONG_CELL for row in self.rows) for k in range(len(self.columns))
         )
+
+
+def table(
+    key: str, rows: Iterable[tuple[str, ...]], *, folded: bool = True, **filled: str
+) -> Table:
+    """Return a table with its words in ``words.toml``.
+
+    folded : whether it is where it can be;  filled : what the words there leave open.
+    """
+    words, cells = read_words("page/words.toml")["tables"][key], tuple(rows)
+    heads = [head.format(**filled) for head in words["columns"]]
+    return Table(
+        words["caption"].format(**filled),
+        tuple((name_of(head), unit_of(head)) for head in heads),
+        cells,
+        words.get("folded", "").format(count=len(cells)) if folded else "",
+        words.get("note", ""),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,18 +187,18 @@ def significant(value: float, digits: int = 3) -> str:
     return f"{mantissa.replace('-', MINUS)}·10{str(int(exponent)).translate(RAISED)}"
 
 
-def at_most(value: float, digits: int) -> str:
+def upper_bound(value: float, digits: int) -> str:
     """Return an upper bound with so many decimals, rounded up to stay one."""
     if not math.isfinite(value):
         return with_decimals(value, digits)
-    return with_decimals(float(bounds.at_most_to(value, digits)), digits)
+    return with_decimals(float(at_most_to(value, digits)), digits)
 
 
-def at_least(value: float, digits: int = 3) -> str:
+def lower_bound(value: float, digits: int = 3) -> str:
     """Return a lower bound above 0 to so many significant digits, rounded down to stay one."""
     if not value > 0 or math.isinf(value):
         return significant(value, digits)
-    return significant(float(bounds.at_least(value, digits)), digits)
+    return significant(float(at_least(value, digits)), digits)
 
 
 def decimal(value: float) -> str:
@@ -204,3 +226,27 @@ def typeset(words: str) -> str:
     """Return words as a page sets them: powers raised, the signs for <= and >=, units tied."""
     signs = powers(words).replace("<=", "\u2264").replace(">=", "\u2265")
     return re.sub(r"(?<=\d) (?=[%A-Za-z])|(?<=\d N) (?=m\b)", "\u00a0", signs)
+
+
+# Bounds are rounded in the direction that keeps the sentence true, by the checker's own words
+# (``takagi.certificates.checker.words.rounded``); a float stands for the decimal it is written as.
+Bound = float | Fraction
+
+
+def at_least(value: Bound, digits: int = 3) -> str:
+    """Return the greatest decimal with these significant digits that does not exceed the value."""
+    return shown.at_least(_exactly(value), digits)
+
+
+def at_most(value: Bound, digits: int = 3) -> str:
+    """Return the least decimal of this many significant digits that is not below the value."""
+    return shown.at_most(_exactly(value), digits)
+
+
+def at_most_to(value: Bound, decimals: int) -> str:
+    """Return the least decimal with so many places that is not below the value, zeros kept."""
+    return f"{Decimal(ceil(_exactly(value) * 10**decimals)).scaleb(-decimals):f}"
+
+
+def _exactly(value: Bound) -> Fraction:
+    return value if isinstance(value, Fraction) else Fraction(repr(float(value)))

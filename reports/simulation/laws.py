@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, get_args
 
 from takagi.certificates.checker.kernel.reader import member, number, numbers, read_json
@@ -20,30 +19,14 @@ from takagi.models.simulation.turbine_plant import SpeedFilter
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import derated
 from takagi.models.turbine.wind_observer import WindObserver
+from takagi.reports.output import read_words
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.models.laws.published.regional_schedule import Variant
 
 # The law's name, and what a reader of its numbers should know.
-LAW_NAMES: Mapping[str, str] = MappingProxyType(
-    {
-        "coherent": "one effort, shared between torque and pitch; constant torque above rated wind",
-        "paper": (
-            "one integrator for both regions: from 9 m/s to rated wind it rests with a little more "
-            "pitch and less torque than the trim, and spares the tower (docs/laws.md, Schulte's "
-            "law)"
-        ),
-        "switched": (
-            "the regional gains of Schulte's law without overlap: pitch acts from the speed "
-            "set-point on and not below; its reference jumps there, so that nothing is proved"
-        ),
-        "baseline": (
-            "the turbine's own controller, K w^2 torque and scheduled PI pitch, with constant "
-            "power above rated wind; it uses no wind estimate"
-        ),
-    }
-)
+LAW_NAMES: Mapping[str, str] = read_words("simulation/words.toml")["laws"]
 # Set-points beyond their ends by this share are these ends, written with few digits.
 ROUNDED = 1e-6
 DEFAULT_LAWS = ("coherent", "paper", "baseline")

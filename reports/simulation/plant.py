@@ -16,7 +16,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.plant import in_file_units
 from takagi.reports.loops.plant_claims import proved_jumps
-from takagi.reports.simulation.plant_scenario import (
+from takagi.reports.simulation.plant_words import (
     SETTLED,
     PlantScenario,
     PlantSimulation,
@@ -117,15 +117,11 @@ def require_begun(scenario: PlantScenario, duration: float) -> None:
 
 
 def _program_law(
-    design: PlantDesign,
-    loop: PlantLoop,
-    scenario: PlantScenario,
-    program: ControllerProgram | None,
+    design: PlantDesign, loop: PlantLoop, scenario: PlantScenario, program: ControllerProgram | None
 ) -> Callable[[], SampledProgram]:
     from takagi.reports.code.program_reading import controller_program
-    from takagi.reports.gains_file.envelope import dump_gains
-    from takagi.reports.gains_file.plant import plant_gain_file
-    from takagi.reports.loops.program_law import ProgramLaw
+    from takagi.reports.gains_file.envelope import dump_gains, plant_gain_file
+    from takagi.reports.loops.plant_motion import ProgramLaw
 
     step = scenario.sample_time
     assert step is not None

@@ -20,7 +20,7 @@ from takagi.reports.figures.style import (
     new_figure,
 )
 from takagi.reports.output import csv_text
-from takagi.reports.simulation.plant_scenario import PlantScenario, moving_disturbances
+from takagi.reports.simulation.plant_words import PlantScenario, moving_disturbances
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

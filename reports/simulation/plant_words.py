@@ -2,36 +2,269 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from math import floor, log10
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.plant import (
     file_unit,
     in_file_units,
     range_in_file_units,
     time_in_file_units,
 )
+from takagi.models.plant_simulation.signals import Noise, Pulse, Ramp, Signal, Signals, Sine, Step
 from takagi.reports.loops.plant_claims import withstood
 from takagi.reports.loops.plant_loop import proved_claims
-from takagi.reports.loops.plant_motion import settling_time
+from takagi.reports.loops.plant_motion import Outside, settling_time
+from takagi.reports.output import sentence
 from takagi.reports.page.text import behind
-from takagi.reports.simulation.plant_scenario import (
-    SETTLED,
-    commanded,
-    cuts_by_command,
-    in_proved_set,
-    in_words,
-    left_box,
-    moving_disturbances,
-    start_share,
-)
 
 if TYPE_CHECKING:
-    from takagi.models.plant.plant import Variable
+    from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.models.plant.plant import Plant, Variable
+    from takagi.models.plant_simulation.runs import Cut, SampledProgram
+    from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import PlantMotion
-    from takagi.reports.simulation.plant_scenario import PlantSimulation
+
+WORDS = "simulation/words.toml"
+# A value of noise without a given time is held for this share of the fastest time constant.
+HELD_SHARE = 0.1
+# If no pole differs from zero [s].
+HELD_AT_REST = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class PlantScenario:
+    """The options of a simulation; none by default.
+
+    Attributes
+    ----------
+    disturbances : (name, signal); several on one name are added.
+    noise : (state, noise on its measurement).  If ``every`` is 0, ``resolved`` chooses the time for
+        which a value is held.
+    sample_time : T [s] of a sampled law, which holds its command; None for continuous time.
+    """
+
+    disturbances: tuple[tuple[str, Signal], ...] = ()
+    noise: tuple[tuple[str, Noise], ...] = ()
+    sample_time: float | None = None
+
+
+def resolved(scenario: PlantScenario, loop: PlantLoop) -> PlantScenario:
+    """Return the scenario with a time for each noise that has none.
+
+    It is the law's sample time; of a law in continuous time a tenth of the fastest time constant
+    at rest, to one digit.
+    """
+    hold = scenario.sample_time or loop.model.sample_time or _suited(loop)
+
+    def held(signal: Signal) -> Signal:
+        if isinstance(signal, Noise) and not signal.every:
+            return replace(signal, every=hold)
+        return signal
+
+    return replace(
+        scenario,
+        disturbances=tuple((name, held(signal)) for name, signal in scenario.disturbances),
+        noise=tuple((name, held(noise)) for name, noise in scenario.noise),  # type: ignore[misc]
+    )
+
+
+def outside(
+    scenario: PlantScenario, loop: PlantLoop, program: Callable[[], SampledProgram] | None
+) -> Outside:
+    """Return the scenario, resolved, for the loop's plant.
+
+    Raises
+    ------
+    ModelError : a name that the plant does not have, or a disturbance that moves the effectiveness
+        of a blended actuator.
+    """
+    moving = moving_disturbances(scenario, loop.plant)
+    names = [v.name for v in moving]
+    states = [v.name for v in loop.plant.states]
+    for name, _ in scenario.noise:
+        if name not in states:
+            raise ModelError(_unknown("state", name, states))
+        if loop.blend is not None and name == states[-1]:
+            raise ModelError(
+                f"noise on {name}: it is not measured, for the law keeps the effort itself; leave "
+                "it out, or put noise on a state of the plant"
+            )
+        if loop.observed is not None:
+            shown = [states[k] for k in loop.observed.measured_states()]
+            if name not in shown:
+                raise ModelError(
+                    f"noise on {name}: it is not measured by itself; noise can be put on "
+                    f"{', '.join(shown) or 'no state of this plant'}"
+                )
+    return Outside(
+        moving,
+        Signals(len(names), tuple((names.index(n), s) for n, s in scenario.disturbances)),
+        Signals(len(states), tuple((states.index(n), s) for n, s in scenario.noise)),
+        program,
+        scenario.sample_time,
+    )
+
+
+def moving_disturbances(scenario: PlantScenario, plant: Plant) -> tuple[Variable, ...]:
+    """Return the disturbances that vary, in the order of the plant."""
+    from takagi.models.blending.blending import blending_of
+
+    blending = blending_of(plant)
+    written = plant if blending is None else blending.plant
+    known = {v.name: v for v in written.disturbances}
+    for name, _ in scenario.disturbances:
+        if name not in known:
+            raise ModelError(_unknown("disturbance", name, list(known)))
+    moved = {name for name, _ in scenario.disturbances}
+    found = tuple(v for v in written.disturbances if v.name in moved)
+    for actuator in () if blending is None else blending.actuators:
+        for v in found:
+            if v.symbol in actuator.effectiveness.free_symbols:
+                raise ModelError(
+                    f"disturbance {v.name}: it stands in the effectiveness of {actuator.name}, "
+                    "which is simulated with its value at rest; leave it out, or write the "
+                    "effectiveness without it"
+                )
+    return found
+
+
+def in_words(scenario: PlantScenario, plant: Plant) -> list[str]:
+    """Return a text for each signal, in the units of the plant's file."""
+    from takagi.models.blending.blending import blending_of
+
+    blending = blending_of(plant)
+    variables = plant.variables + (() if blending is None else blending.plant.disturbances)
+    known = {v.name: v for v in variables}
+    found = [f"{name}: {_words(plant, known[name], s)}" for name, s in scenario.disturbances]
+    return found + [
+        f"{name} is measured with {_words(plant, known[name], noise)}"
+        for name, noise in scenario.noise
+    ]
+
+
+def _words(plant: Plant, variable: Variable, signal: Signal) -> str:
+    much = in_file_units(variable, signal.size)
+
+    def at(seconds: float) -> str:
+        if not seconds:
+            return "0 s"
+        number, word = time_in_file_units(plant, seconds)
+        return f"{1e3 * number:.4g} ms" if word == "s" and number < 0.1 else f"{number:.4g} {word}"
+
+    match signal:
+        case Step(start=start):
+            return f"a step of {much} at {at(start)}"
+        case Pulse(start=start, stop=stop):
+            return f"a pulse of {much} from {at(start)} to {at(stop)}"
+        case Ramp(start=start, stop=stop):
+            return f"a ramp to {much} from {at(start)} to {at(stop)}, which stays"
+        case Sine(period=period, start=start):
+            return f"a sine of {much} with period {at(period)} from {at(start)}"
+        case Noise(every=every, seed=seed):
+            return (
+                f"Gaussian noise of standard deviation {much}, each value held for {at(every)} "
+                f"(seed {seed[0]})"
+            )
+    raise AssertionError(signal)
+
+
+def _suited(loop: PlantLoop) -> float:
+    matrices, K = loop.at_rest()
+    poles = np.abs(np.linalg.eigvals(matrices.A if K is None else matrices.A - matrices.B @ K))
+    fastest = float(poles.max())
+    if not fastest > 0:
+        return HELD_AT_REST
+    held = HELD_SHARE / fastest
+    return float(round(held, -floor(log10(held))))
+
+
+def _unknown(what: str, name: str, known: list[str]) -> str:
+    listed = ", ".join(known) or "none"
+    return f"there is no {what} {name}{did_you_mean(name, known)}; the plant has {listed}"
+
+
+# A deviation of this share of its start counts as settled.
+SETTLED = 0.02
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlantSimulation:
+    """Motions of the loop, and the loop itself.  A simulation proves nothing.
+
+    ``scale`` : factor by which the corners of the box were scaled into the ellipsoid of the
+    certificate's function; 1 for given starts.  ``design`` : the design with its certificate.
+    ``scenario`` : the signals that acted on the loop.
+    """
+
+    loop: PlantLoop
+    motions: tuple[PlantMotion, ...]
+    design: PlantDesign
+    scale: float = 1.0
+    scenario: PlantScenario = field(default_factory=PlantScenario)
+
+    @property
+    def all_ended(self) -> bool:
+        """Whether no motion went to infinity, and none met a state without a value."""
+        return all(motion.whole for motion in self.motions)
+
+
+def cuts_by_command(loop: PlantLoop, motion: PlantMotion) -> dict[str, list[Cut]]:
+    """Return command -> the spans outside its range; empty if there are none.
+
+    Commands are those of inputs with a range, and of actuators behind a blend.
+    """
+    variables = commanded(loop)
+    found: dict[str, list[Cut]] = {v.name: [] for v in variables if v.range is not None}
+    for cut in motion.cuts:
+        found[variables[cut.command].name].append(cut)
+    return found
+
+
+def commanded(loop: PlantLoop) -> list[Variable]:
+    """Return the inputs of the loop, then the actuators behind a blend."""
+    blended = () if loop.blend is None else loop.blend.blending.actuators
+    return [*loop.plant.inputs, *(a.variable for a in blended)]
+
+
+def in_proved_set(loop: PlantLoop, motion: PlantMotion) -> bool | None:
+    """Return whether a motion starts in the set that is proved to be invariant; None without."""
+    if not (loop.bounded and loop.level_proved):
+        return None
+    return start_share(loop, motion) <= 1 + 1e-9
+
+
+def start_share(loop: PlantLoop, motion: PlantMotion) -> float:
+    """Return V / level at the start of a motion; only where the loop is bounded.
+
+    A program keeps its estimate to itself; at the start it follows from the state.
+    """
+    S, level = loop.start_ellipsoid
+    start = motion.state[0]
+    return float(motion.value[0] if motion.value.size else start @ S @ start / level)
+
+
+def left_box(loop: PlantLoop, motion: PlantMotion) -> tuple[Variable, float] | None:
+    """Return the state that first leaves its range, and the time [s]; None if none does."""
+    found: tuple[Variable, float] | None = None
+    for k, (label, variable) in enumerate(zip(loop.model.states, loop.plant.states, strict=True)):
+        side = loop.model.box.get(label)
+        if side is not None:
+            low, high = (float(end) for end in side)
+            slack = 1e-9 * (high - low)
+            outside = (motion.state[:, k] < low - slack) | (motion.state[:, k] > high + slack)
+            if outside.any():
+                time = float(motion.time[np.flatnonzero(outside)[0]])
+                if found is None or time < found[1]:
+                    found = variable, time
+    return found
+
+
 # Largest number of states with a column of their own in the table.
 MOST_STATES = 3
 # Largest number of runs that are named in a sentence.
@@ -77,16 +310,9 @@ def columns(found: PlantSimulation) -> tuple[list[str], list[list[str]]]:
 def notes(found: PlantSimulation) -> list[str]:
     """Return sentences on signals, limited inputs, and what the certificate covers."""
     return [
-        *_outside(found),
-        *_law(found),
-        *_cut(found),
-        *_left(found),
-        *_ends(found),
-        *_starts(found),
-        *_covered(found),
-        *_unsettled(found),
-        "Settled: from then on within 2 % of the largest deviation. A simulation proves nothing.",
-    ]
+        *_law(found), *_cut(found), *_runs(found), *_starts(found), *_covered(found),
+        *_unsettled(found), sentence(WORDS, "settled"),
+    ]  # fmt: skip
 
 
 def as_markdown(found: PlantSimulation, *, figures: Sequence[str]) -> str:
@@ -104,66 +330,39 @@ def as_markdown(found: PlantSimulation, *, figures: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
-def _unsettled(found: PlantSimulation) -> list[str]:
-    # Noise and disturbances may keep a motion from settling for ever.
-    short = [m for m in found.motions if m.whole and np.isnan(settling_time(m, SETTLED))]
-    if not short or found.scenario.disturbances or found.scenario.noise:
-        return []
-    return [
-        f"{len(short)} of {len(found.motions)} runs had not settled at their end, after "
-        f"{max(m.time[-1] for m in short):.4g} s; --duration SECONDS makes them longer."
-    ]
+def _law(found: PlantSimulation) -> Iterator[str]:
+    if told := in_words(found.scenario, found.loop.plant):
+        yield f"From outside: {'; '.join(told)}."
+    step, missed = found.scenario.sample_time, sum(motion.missed for motion in found.motions)
+    if step is not None:
+        yield sentence(WORDS, "sampled law", step=step)
+        if missed:
+            yield sentence(WORDS, "missed samples", count=missed, s="s" * (missed > 1))
 
 
-def _outside(found: PlantSimulation) -> list[str]:
-    told = in_words(found.scenario, found.loop.plant)
-    return [f"From outside: {'; '.join(told)}."] if told else []
-
-
-def _law(found: PlantSimulation) -> list[str]:
-    step = found.scenario.sample_time
-    if step is None:
-        return []
-    lines = [
-        f"The law is the program of the gain file: it runs every {step:.4g} s and its command is "
-        "held until the next sample."
-    ]
-    missed = sum(motion.missed for motion in found.motions)
-    if missed:
-        lines.append(
-            f"In {missed} sample{'s' * (missed > 1)} a formula of the program had no value, such "
-            "as 0/0, and the last command was kept, as the exported code does."
-        )
-    return lines
-
-
-def _cut(found: PlantSimulation) -> list[str]:
-    lines = []
+def _cut(found: PlantSimulation) -> Iterator[str]:
     for k, variable in enumerate(commanded(found.loop)):
         named = []
         for motion in found.motions:
-            cuts = cuts_by_command(found.loop, motion).get(variable.name, [])
-            if not cuts:
-                continue
-            spent = sum(cut.end - cut.begin for cut in cuts)
-            if len(cuts) == 1:
-                words = f"from {_time(found, cuts[0].begin)} to {_time(found, cuts[0].end)}"
-            else:
-                words = (
-                    f"{len(cuts)} times between {_time(found, cuts[0].begin)} and "
-                    f"{_time(found, max(cut.end for cut in cuts))}, together {_time(found, spent)}"
-                )
-            named.append(f"{words} in the run from {motion.name}")
-        if not named:
-            continue
-        more = f"; and in {len(named) - MOST_NAMED} more runs" if len(named) > MOST_NAMED else ""
-        wanted = _most_wanted(found, k, variable)
-        lines.append(
-            f"{variable.name} was cut at its range {range_in_file_units(variable)}"
-            f"{wanted}: {'; '.join(named[:MOST_NAMED])}{more}. A proof about the law holds only "
-            "while no command is cut."
-        )
-    return lines
+            if cuts := cuts_by_command(found.loop, motion).get(variable.name):
+                begin, end = cuts[0].begin, max(cut.end for cut in cuts)
+                spent = sum(cut.end - cut.begin for cut in cuts)
+                words = sentence(
+                    WORDS, "cut once" if len(cuts) == 1 else "cut often",
+                    begin=_time(found, begin), end=_time(found, end),
+                    times=len(cuts), spent=_time(found, spent),
+                )  # fmt: skip
+                named.append(f"{words} in the run from {motion.name}")
+        if named:
+            side, wanted = range_in_file_units(variable), _most_wanted(found, k, variable)
+            yield sentence(
+                WORDS, "cut", name=variable.name, range=side, wanted=wanted, runs=_first_runs(named)
+            )
+
+
+def _first_runs(named: Sequence[str]) -> str:
+    more = f"; and in {len(named) - MOST_NAMED} more runs" if len(named) > MOST_NAMED else ""
+    return "; ".join(named[:MOST_NAMED]) + more
 
 
 def _most_wanted(found: PlantSimulation, k: int, variable: Variable) -> str:
@@ -174,50 +373,29 @@ def _most_wanted(found: PlantSimulation, k: int, variable: Variable) -> str:
     return f" (the law commanded up to {in_file_units(variable, most)})"
 
 
-def _left(found: PlantSimulation) -> list[str]:
-    named = []
+def _runs(found: PlantSimulation) -> Iterator[str]:
+    left = [(motion.name, left_box(found.loop, motion)) for motion in found.motions]
+    named = [f"{x[0].name} at {_time(found, x[1])} in the run from {run}" for run, x in left if x]
+    if named:
+        yield sentence(WORDS, "left", runs=_first_runs(named))
     for motion in found.motions:
-        left = left_box(found.loop, motion)
-        if left is not None:
-            named.append(f"{left[0].name} at {_time(found, left[1])} in the run from {motion.name}")
-    if not named:
-        return []
-    more = f"; and in {len(named) - MOST_NAMED} more runs" if len(named) > MOST_NAMED else ""
-    return [
-        f"Left its range: {'; '.join(named[:MOST_NAMED])}{more}. Outside the ranges of the file "
-        "the model is not the plant, and nothing is proved."
-    ]
+        if not motion.whole:
+            time = _time(found, float(motion.time[-1]))
+            yield sentence(WORDS, f"ended {motion.ended}", run=motion.name, time=time)
 
 
-def _ends(found: PlantSimulation) -> list[str]:
-    lines = []
-    for motion in found.motions:
-        time = _time(found, float(motion.time[-1]))
-        if motion.ended == "far":
-            lines.append(
-                f"The run from {motion.name} diverged: at {time} a state is 20 times as far from "
-                "rest as its range allows, and the run ends there."
-            )
-        elif motion.ended == "undefined":
-            lines.append(
-                f"The run from {motion.name} ends at {time}, where an equation of the plant or a "
-                "premise of the law has no value (a division by 0, a root or logarithm of a "
-                "negative number, or a number too large); start nearer to rest."
-            )
-        elif motion.ended == "stuck":
-            lines.append(
-                f"The run from {motion.name} ends at {time}: the integrator finds no step small "
-                "enough, as where a state goes to infinity; start nearer to rest."
-            )
-    return lines
+def _unsettled(found: PlantSimulation) -> Iterator[str]:
+    # Noise and disturbances may keep a motion from settling for ever.
+    short = [m for m in found.motions if m.whole and np.isnan(settling_time(m, SETTLED))]
+    if short and not found.scenario.disturbances and not found.scenario.noise:
+        longest = max(m.time[-1] for m in short)
+        yield sentence(WORDS, "unsettled", count=len(short), of=len(found.motions), longest=longest)
 
 
-def _starts(found: PlantSimulation) -> list[str]:
+def _starts(found: PlantSimulation) -> Iterator[str]:
     if 0 < found.scale < 1:
-        return [
-            f"Starts: corners of the box times {found.scale:.3g}, so that they lie in the set "
-            "{V <= c} of the certificate's function."
-        ]
+        yield sentence(WORDS, "corners", scale=found.scale)
+        return
     inside = [(motion, in_proved_set(found.loop, motion)) for motion in found.motions]
     outer = [
         f"{motion.name} (V is {start_share(found.loop, motion):.3g} times its level)"
@@ -225,17 +403,13 @@ def _starts(found: PlantSimulation) -> list[str]:
         if known is False
     ]
     if outer:
-        return [
-            f"Outside the proved set: {', '.join(outer)}. The certificate claims nothing of these "
-            "runs."
-        ]
-    if any(known is None for _, known in inside) and found.loop.gains is not None:
-        return ["No invariant set is proved, so the certificate claims nothing of these starts."]
-    return []
+        yield sentence(WORDS, "outer", starts=", ".join(outer))
+    elif any(known is None for _, known in inside) and found.loop.gains is not None:
+        yield sentence(WORDS, "no set")
 
 
-def _covered(found: PlantSimulation) -> list[str]:
-    """Return the parts of the scenario that the certificate does not cover."""
+def _covered(found: PlantSimulation) -> Iterator[str]:
+    """Yield the parts of the scenario that the certificate does not cover."""
     lines, scenario = [], found.scenario
     if scenario.noise:
         lines.append("measurement noise")
@@ -252,13 +426,12 @@ def _covered(found: PlantSimulation) -> list[str]:
     known = {one.variable.name: one.proved for one in withstood(found.design)}
     for name in dict.fromkeys(name for name, _ in scenario.disturbances):
         lines += _uncovered(found, name, known.get(name))
-    told = [f"Not covered by the certificate's sets: {'; '.join(lines)}."] if lines else []
+    if lines:
+        yield f"Not covered by the certificate's sets: {'; '.join(lines)}."
     sampling = found.design.document.get("controller", {}).get("sampling") or {}
     longest = sampling.get("longest")
     if step is not None and longest is not None and step > longest:
-        reason = sampling["reason"]
-        told.append(f"Longer than the longest sample time of the law, {longest:g} s: {reason}.")
-    return told
+        yield sentence(WORDS, "long sample", longest=longest, reason=sampling["reason"])
 
 
 def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[str]:

@@ -15,13 +15,9 @@ from takagi.models.simulation.closed_loop import History
 from takagi.models.simulation.turbine_plant import Flag
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine
-from takagi.reports.figures.response import (
-    ResponseLine,
-    response_figure,
-    scenario_figure,
-)
+from takagi.reports.figures.response import ResponseLine, response_figure, scenario_figure
 from takagi.reports.figures.style import figure_to_png, figure_to_svg
-from takagi.reports.output import csv_text
+from takagi.reports.output import csv_text, markdown_page
 from takagi.reports.simulation.compiled_law import setpoints_now
 from takagi.reports.simulation.laws import LAW_NAMES
 from takagi.reports.simulation.runs import Run, Simulation, simulation_plant
@@ -45,13 +41,6 @@ COLUMNS: dict[str, tuple[str, str, int]] = {
     "peak_power": ("peak power", "% of rated", 1),
     "both_active": ("actuators fight", "% of time", 1),
 }
-EXPLANATION = """\
-Energy and power are electrical. Overspeed and speed deviation are shares of rated rotor speed; an
-overspeed below zero means that rated speed was never reached. The tower's damage-equivalent load is
-that of the fore-aft moment at the base (rainflow counting, exponent 4, 1 Hz), the shaft's that of
-the torque in the low-speed shaft, the blade's that of the flapwise moment at the root which all
-blades share (exponent 10). The actuators fight while pitch is more than 0.5 deg above fine
-pitch and torque more than 5 % below rated."""
 WAKE_WORDS = {
     "equilibrium": "a wake that follows at once (coefficient tables)",
     "dynamic": "a wake that needs time, so that torque and thrust first answer by more",
@@ -96,40 +85,26 @@ def notes(simulation: Simulation) -> list[str]:
 def as_markdown(simulation: Simulation, *, figures: Sequence[str] = ()) -> str:
     """Return the table with its explanations; ``figures`` are file names that it shows."""
     about = winds_words(simulation.asked)
-    titles = [f"{title} [{unit}]" for title, unit, _ in COLUMNS.values()]
-    observer = "no law uses a wind estimate"
-    if simulation.chosen.observer is not None:
-        observer = "the wind estimate comes from the Takagi-Sugeno observer in the loop"
-    lines = [
-        f"# {simulation.turbine.name}: {', '.join(simulation.asked)}",
-        "",
-        f"{about[0].upper()}{about[1:]}. Nonlinear plant with second-order pitch drive, limits on "
-        f"pitch, its rate and the torque rate; {_plant_words(simulation)}; "
-        f"{observer}. The laws run every {1e3 * simulation.sample_time:g} ms"
-        f"{_late(simulation)}. Every loop starts at rest at the first wind.",
-        "",
-        "| wind | law | " + " | ".join(titles) + " |",
-        "|---|---|" + "---:|" * len(titles),
-    ]
-    for row in table_rows(simulation):
-        cells = [rounded_text(row, name) for name in COLUMNS]
-        lines.append(f"| {row['wind']} | {law_words(row['law'])} | " + " | ".join(cells) + " |")
-    lines += ["", EXPLANATION.replace("\n", " "), ""]
-    lines += [f"- {note}" for note in notes(simulation)]
-    for figure in figures:
-        lines += ["", f"![{figure}]({figure})"]
-    return "\n".join(lines) + "\n"
+    return markdown_page(
+        "simulation",
+        "summary",
+        simulation=simulation,
+        about=about[0].upper() + about[1:],
+        plant=_plant_words(simulation),
+        titles=[f"{title} [{unit}]" for title, unit, _ in COLUMNS.values()],
+        rows=[
+            [row["wind"], law_words(row["law"]), *(rounded_text(row, name) for name in COLUMNS)]
+            for row in table_rows(simulation)
+        ],
+        notes=notes(simulation),
+        figures=figures,
+    )
 
 
 def _plant_words(simulation: Simulation) -> str:
     plant = simulation_plant(simulation.turbine, simulation.parts)
     parts = [words for state, words in PART_WORDS.items() if plant.index(state) is not None]
     return ", ".join([WAKE_WORDS[simulation.parts.wake], *parts])
-
-
-def _late(simulation: Simulation) -> str:
-    late = 1e3 * simulation.computation_time
-    return f" and send {late:g} ms later" if late else ""
 
 
 def rounded_text(row: dict[str, Any], name: str) -> str:

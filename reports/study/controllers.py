@@ -21,6 +21,7 @@ from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.simulation.closed_loop import Diverged, History
 from takagi.models.simulation.scenario import measure
 from takagi.models.turbine.loader import TurbineFile
+from takagi.reports.output import read_words
 from takagi.reports.simulation.runs import PlantParts, run_simulation, simulation_plant
 from takagi.reports.simulation.winds import requested_winds
 from takagi.reports.study.overlap import (
@@ -46,16 +47,7 @@ if TYPE_CHECKING:
 OURS, REFERENCE, ROSCO = "effort-sharing", "reference", "rosco-"
 # By the name that is typed: the name in files.
 LAWS = {OURS: "coherent", "schulte": "paper", "switched": "switched", REFERENCE: "baseline"}
-WORDS = {
-    OURS: "effort-sharing law",
-    "schulte": "Schulte's law",
-    "switched": "Schulte's gains, switched",
-    REFERENCE: "reference controller",
-    "rosco-shipped": "ROSCO as shipped",
-    "rosco-shipped-unshaved": "ROSCO as shipped, no peak shaving",
-    "rosco-retuned": "ROSCO re-tuned",
-    "rosco-retuned-unshaved": "ROSCO re-tuned, no peak shaving",
-}
+WORDS: Mapping[str, str] = read_words("study/words.toml")["laws"]
 MEANS = tuple(float(v) for v in range(4, 25, 2))
 SEEDS, DURATION, SETTLING = 6, 600.0, 30.0
 # What --rosco takes beside NAME=FILE.

@@ -6,28 +6,139 @@ Intervals are of 95 %, by the bootstrap over the seeds; differences are paired b
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from math import exp, gamma, isfinite
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from takagi.models.arrays import Floats, Places
+from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, figure_to_svg, house_style, new_figure
-from takagi.reports.output import markdown_table, rows_csv
+from takagi.reports.output import markdown_page, read_words, rows_csv
 from takagi.reports.study.controllers import OURS, SETTLING, ControllersStudy, words_of
 from takagi.reports.study.overlap import TURBULENCE
 from takagi.reports.study.overlap_files import DECADES, DELS
-from takagi.reports.study.statistics import (
-    HOURS_A_YEAR,
-    Interval,
-    Weibull,
-    lifetime_load,
-    lifetime_mean,
-    mean_interval,
-    resampled_seeds,
-)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+CONFIDENCE = 0.95
+RESAMPLES, SEED = 5000, 1
+HOURS_A_YEAR = 8760.0
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A figure and its interval of 95 %."""
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether the interval leaves out 0."""
+        return self.low > 0 or self.high < 0
+
+    @classmethod
+    def of(cls, value: float, resampled: NDArray[np.float64]) -> Interval:
+        """Return the percentile interval of the values of all resamples."""
+        tail = 50 * (1 - CONFIDENCE)
+        low, high = np.percentile(resampled, [tail, 100 - tail])
+        return cls(float(value), float(low), float(high))
+
+
+def resampled_seeds(seeds: int) -> Places:
+    """Return ``RESAMPLES`` draws of as many seeds with replacement, (RESAMPLES, seeds).
+
+    All quantities, winds and laws use the same draws: a seed has the same turbulence in all of
+    them, so that differences between laws are paired.
+    """
+    return np.random.default_rng(SEED).integers(0, seeds, (RESAMPLES, seeds))
+
+
+def mean_interval(values: Floats) -> Interval:
+    """Return the mean over the seeds and its interval; ``values`` is (seeds,).
+
+    Source: Efron and Tibshirani (1993), An Introduction to the Bootstrap, ch. 13 (percentiles).
+    """
+    draws = resampled_seeds(len(values))
+    return Interval.of(float(np.mean(values)), values[draws].mean(axis=1))
+
+
+@dataclass(frozen=True, slots=True)
+class Weibull:
+    """A distribution of the ten-minute mean wind.
+
+    Attributes
+    ----------
+    mean : [m/s]: 10 in a place of IEC 61400-1 class I, 8.5 in class II.
+    shape : [-]; 2 is Rayleigh's.
+
+    Raises
+    ------
+    ModelError : a mean or shape that is not above 0.
+    """
+
+    mean: float = 8.5
+    shape: float = 2.0
+
+    def __post_init__(self) -> None:
+        if not all(isfinite(v) and v > 0 for v in (self.mean, self.shape)):
+            raise ModelError(
+                f"a Weibull wind with mean {self.mean:g} m/s and shape {self.shape:g} was given; "
+                "both must be above 0, such as 8.5:2"
+            )
+
+    @classmethod
+    def read(cls, text: str) -> Weibull:
+        """Return the distribution of MEAN:SHAPE."""
+        try:
+            mean, shape = (float(part) for part in text.split(":"))
+        except ValueError as error:
+            raise ModelError(
+                f"--weibull {text} was given; MEAN:SHAPE is needed, such as 8.5:2 (m/s, and 2 for "
+                "Rayleigh's distribution)"
+            ) from error
+        return cls(mean, shape)
+
+    def below(self, wind: float) -> float:
+        """Return the share of time with less wind [-]."""
+        scale = self.mean / gamma(1 + 1 / self.shape)
+        return 1 - exp(-((wind / scale) ** self.shape))
+
+    def shares(self, means: Sequence[float], cut_in: float, cut_out: float) -> Floats:
+        """Return the share of all time that each mean wind stands for, (winds,).
+
+        A wind stands for all winds that are nearer to it than to another, as far beyond the first
+        and the last as halfway to their neighbours, within cut-in and cut-out.
+        """
+        v = np.array(means)
+        half = np.diff(v) / 2 if len(v) > 1 else np.ones(1)
+        edges = np.concatenate([[v[0] - half[0]], v[:-1] + half[: len(v) - 1], [v[-1] + half[-1]]])
+        below = np.array([self.below(e) for e in np.clip(edges, cut_in, cut_out)])
+        return np.diff(below)
+
+
+def lifetime_mean(values: Floats, shares: Floats) -> Interval:
+    """Return the mean over all time of values (winds, seeds), 0 while the turbine stands."""
+    draws = resampled_seeds(values.shape[1])
+    over_winds = shares @ values
+    return Interval.of(float(over_winds.mean()), over_winds[draws].mean(axis=1))
+
+
+def lifetime_load(loads: Floats, shares: Floats, exponent: float) -> Interval:
+    """Return the DEL at 1 Hz of all time, of the DELs (winds, seeds) by their damage."""
+    draws = resampled_seeds(loads.shape[1])
+    damage = shares @ loads**exponent
+    return Interval.of(
+        float(damage.mean() ** (1 / exponent)), damage[draws].mean(axis=1) ** (1 / exponent)
+    )
+
 
 FILES = ("controllers.md", "controllers.json", "study.csv")
 
@@ -47,26 +158,9 @@ class Quantity:
 
 
 QUANTITIES: Mapping[str, Quantity] = {
-    "mean_power": Quantity("mean power", "kW", more=True),
-    "overspeed": Quantity("overspeed", "%"),
-    "pitch_travel": Quantity("pitch travel", "deg"),
-    "torque_rate": Quantity("torque rate", "kN m/s"),
-    "tower_del": Quantity("tower DEL", "MN m"),
-    "blade_del": Quantity("blade DEL", "MN m"),
-    "shaft_del": Quantity("shaft DEL", "MN m"),
-    "both_active": Quantity("both actuators at work", "% of time"),
-    "peak_power": Quantity("peak power", "% of rated"),
-    "torque_change": Quantity("torque change in 0.4 s", "kN m"),
+    name: Quantity(**stated)
+    for name, stated in read_words("study/words.toml")["controllers"].items()
 }
-EXPLANATION = """\
-Each figure is the mean over the seeds. Differences are paired: the same seed in the same wind under
-two laws; behind them stands the interval of 95 % by the bootstrap over the seeds ({seeds} seeds are
-few, so that it is rather too narrow). Power and energy are electrical, before losses outside of the
-generator. DEL: damage-equivalent load at 1 Hz, rainflow counting, Wohler exponent 4 (tower's
-fore-aft moment at the base, torque in the shaft) and 10 (flapwise moment at the blades' root, what
-all blades share). Both actuators are at work while pitch is more than 0.5 deg above fine pitch and
-torque more than 5 % below rated: a blend where it is meant, a fight where it is not. A simulation
-proves nothing."""
 
 
 def study_files(study: ControllersStudy, year: Weibull) -> dict[str, bytes | str]:
@@ -76,13 +170,11 @@ def study_files(study: ControllersStudy, year: Weibull) -> dict[str, bytes | str
         "study.csv": rows_csv(rows),
         "controllers.json": _json(study, year),
     }
-    picture = ""
+    file, title = "figures/controllers.svg", f"{study.turbine.name}: controllers in all winds"
     if study.finished:
-        file, title = "figures/controllers.svg", f"{study.turbine.name}: controllers in all winds"
         figure = controllers_figure(study)
         files[file] = figure_to_svg(figure, name="study-controllers", description=title)
-        picture = f"![{title}]({file})\n\n"
-    files["controllers.md"] = _markdown(study, year, picture)
+    files["controllers.md"] = _markdown(study, year, title=title, picture=file)
     return files
 
 
@@ -215,75 +307,54 @@ def _json(study: ControllersStudy, year: Weibull) -> str:
     return json.dumps(data, indent=2, allow_nan=False) + "\n"
 
 
-def _markdown(study: ControllersStudy, year: Weibull, picture: str) -> str:
-    name, winds = study.turbine.name, ", ".join(f"{v:g}" for v in study.means)
-    explained = EXPLANATION.format(seeds=study.seeds).replace("\n", " ")
-    text = (
-        f"# {name}: controllers side by side\n\n{len(study.laws)} laws on the validation plant, in "
-        f"turbulence of class {TURBULENCE} about {winds} m/s, {study.seeds} seeds of "
-        f"{study.duration:g} s each, after {SETTLING:g} s that are not counted. {explained}\n\n"
-        f"{picture}"
-    )
-    if study.failed:
-        text += "Not in the tables, because a run failed:\n\n"
-        text += "".join(f"- {words}\n" for words in study.failed) + "\n"
-    if not study.finished:
-        return text
-    text += _year_table(study, year) + _worse_table(study)
-    for metric, quantity in QUANTITIES.items():
-        text += f"\n## {quantity.title}\n\n{_by_wind(study, metric)}"
-    if study.compared is not None:
-        text += f"\n## Differences to the {words_of(study.compared)}\n"
-        for metric, quantity in QUANTITIES.items():
-            text += f"\n### {quantity.title}\n\n{_by_wind(study, metric, study.compared)}"
-    return text
-
-
-def _year_table(study: ControllersStudy, year: Weibull) -> str:
+def _markdown(study: ControllersStudy, year: Weibull, **picture: str) -> str:
     compared = study.compared
-    rows = []
-    for law in study.finished:
-        row: dict[str, object] = {"law": words_of(law)}
-        row |= {title: total.value for title, total in year_totals(study, law, year).items()}
-        rows.append(row)
-    text = (
-        f"## A year\n\nThe winds are weighed by a Weibull distribution with a mean of "
-        f"{year.mean:g} m/s and shape {year.shape:g}, which has "
-        f"{100 * _shares(study, year).sum():.0f} % of all time in these winds; loads by their "
-        f"damage.\n\n{markdown_table(rows)}"
-    )
-    if compared is None:
-        return text
-    against: list[dict[str, object]] = []
-    for law in study.finished:
-        row = {"law": words_of(law)}
-        for words, ratio in ratios(study, law, compared, year).items():
-            row[f"{words} [%]"] = _with_interval(ratio) if ratio else None
-        against += [row] if law != compared else []
-    return f"{text}\nAgainst the {words_of(compared)}:\n\n{markdown_table(against)}"
-
-
-def _worse_table(study: ControllersStudy) -> str:
-    if OURS not in study.finished or len(study.finished) < 2:
-        return ""
-    rows: list[dict[str, object]] = []
-    for worse in where_worse(study):
-        clear = [f"{v:g}: {d.value:+.3g}" for v, d in worse.clear.items()]
-        rows.append(
+    totals = {law: year_totals(study, law, year) for law in study.finished}
+    against: dict[str, Mapping[str, Interval | None]] = {}
+    if compared is not None:
+        against = {x: ratios(study, x, compared, year) for x in totals if x != compared}
+    worse = list(where_worse(study)) if OURS in totals and len(totals) > 1 else None
+    return markdown_page(
+        "study",
+        "controllers",
+        study=study,
+        turbulence=TURBULENCE,
+        settling=SETTLING,
+        year=year,
+        share=100 * _shares(study, year).sum(),
+        totals=[
+            {"law": words_of(law), **{title: total.value for title, total in row.items()}}
+            for law, row in totals.items()
+        ],
+        compared=compared and words_of(compared),
+        against=[
             {
-                "in": QUANTITIES[worse.name].title,
-                "than": words_of(worse.other),
-                "clear at [m/s]: by": ", ".join(clear),
-                "within chance at [m/s]": ", ".join(f"{v:g}" for v in worse.unclear),
+                "law": words_of(law),
+                **{f"{words} [%]": _with_interval(r) if r else None for words, r in row.items()},
             }
-        )
-    head = "\n## Where the effort-sharing law is worse\n\n"
-    if not rows:
-        return f"{head}Nowhere in these winds.\n"
-    return f"{head}A difference is clear where its interval leaves out 0.\n\n{markdown_table(rows)}"
+            for law, row in against.items()
+        ],
+        worse=worse and [_worse_row(found) for found in worse],
+        metrics=[(q.title, _by_wind(study, name)) for name, q in QUANTITIES.items()],
+        differences=[
+            (q.title, _by_wind(study, name, compared)) for name, q in QUANTITIES.items() if compared
+        ],
+        **picture,
+    )
 
 
-def _by_wind(study: ControllersStudy, name: str, compared: str | None = None) -> str:
+def _worse_row(worse: Worse) -> dict[str, object]:
+    return {
+        "in": QUANTITIES[worse.name].title,
+        "than": words_of(worse.other),
+        "clear at [m/s]: by": ", ".join(f"{v:g}: {d.value:+.3g}" for v, d in worse.clear.items()),
+        "within chance at [m/s]": ", ".join(f"{v:g}" for v in worse.unclear),
+    }
+
+
+def _by_wind(
+    study: ControllersStudy, name: str, compared: str | None = None
+) -> list[dict[str, object]]:
     rows = []
     for law in study.finished:
         if law == compared:
@@ -295,7 +366,7 @@ def _by_wind(study: ControllersStudy, name: str, compared: str | None = None) ->
             else:
                 row[f"{wind:g} m/s"] = _with_interval(difference(study, law, compared, name, k))
         rows.append(row)
-    return markdown_table(rows)
+    return rows
 
 
 def _with_interval(figure: Interval) -> str:

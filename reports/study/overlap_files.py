@@ -12,7 +12,7 @@ import numpy as np
 
 from takagi.models.simulation.scenario import BLADE_EXPONENT, TOWER_EXPONENT
 from takagi.reports.figures.style import COLOURS, GREY, figure_to_svg, house_style, new_figure
-from takagi.reports.output import markdown_table, rows_csv
+from takagi.reports.output import markdown_page, read_words, rows_csv
 from takagi.reports.study.overlap import SERIES, TURBULENCE, OverlapStudy, Point
 
 if TYPE_CHECKING:
@@ -25,33 +25,13 @@ YEAR = 10.0
 DELS = {"tower_del": TOWER_EXPONENT, "blade_del": BLADE_EXPONENT, "shaft_del": TOWER_EXPONENT}
 MEANS = ("mean_power", "pitch_rate", "both_active")
 LARGEST = ("overspeed", "torque_change")
-TITLES = {
-    "tower_del": "tower DEL [MN m]",
-    "blade_del": "blade DEL [MN m]",
-    "shaft_del": "shaft DEL [MN m]",
-    "mean_power": "mean power [kW]",
-    "pitch_rate": "pitch travel [deg/s]",
-    "overspeed": "overspeed [%]",
-    "torque_change": "torque change [kN m]",
-    "both_active": "actuators fight [%]",
-}
+TITLES: Mapping[str, str] = read_words("study/words.toml")["overlap"]
 PANELS = ("tower_del", "blade_del", "shaft_del", "mean_power")
 # A factor between the largest and the smallest load from which an axis is in decades.
 DECADES = 5.0
 # The front's figure ends at so many times the least load; numbers keep this distance [-].
 NEAR, CLOSE = 2.0, (0.07, 0.032)
 REFERENCE = "reference controller"
-EXPLANATION = (
-    "One row an overlap; 0 is the hard switch between the same regional gains. Winds are weighed "
-    f"by a Rayleigh distribution with a mean of {YEAR:g} m/s: loads by their damage, power, travel "
-    "and the share of time in which the actuators fight by their mean. Overspeed and torque change "
-    "(within 0.4 s) are the largest of all winds. Each figure is the mean over the seeds, and the "
-    "tower's load has the least and the largest of them behind it. Pitch travel, DEL and fighting "
-    "are as in `takagi simulate`; the blade's load is what all blades share. *front* marks the "
-    "rows that no other one betters in both tower load and power. A simulation proves nothing; "
-    "*proved* is what the independent checker confirms: for Schulte's law windows of constant "
-    "wind, for the effort-sharing law all winds with the wind error shown (its mean over wind)."
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,22 +113,18 @@ def study_files(study: OverlapStudy) -> dict[str, bytes | str]:
             file = f"figures/{name}.svg"
             title = f"{study.turbine.name}: {words}"
             files[file] = figure_to_svg(figure, name=f"study-{name}", description=title)
-            pictures.append(f"![{title}]({file})\n\n")
-    files["study.md"] = (
-        f"# {study.turbine.name}: fatigue over the overlap\n\n{_head(study)} {EXPLANATION}\n\n"
-        + "".join(pictures)
-        + markdown_table([_cells(row) for row in rows])
-        + "".join(f"\n## {TITLES[name]} over wind\n\n{_by_wind(study, name)}" for name in PANELS)
+            pictures.append((title, file))
+    files["study.md"] = markdown_page(
+        "study",
+        "overlap",
+        study=study,
+        turbulence=TURBULENCE,
+        year=YEAR,
+        pictures=pictures,
+        rows=[_cells(row) for row in rows],
+        panels=[(f"{TITLES[name]}", _by_wind(study, name)) for name in PANELS],
     )
     return files
-
-
-def _head(study: OverlapStudy) -> str:
-    winds = ", ".join(f"{v:g}" for v in study.means)
-    return (
-        f"{len(study.points)} laws on the validation plant, in turbulence of class {TURBULENCE} "
-        f"about {winds} m/s; seeds at each wind: {study.seeds}, of {study.duration:g} s."
-    )
 
 
 def _cells(row: Row) -> dict[str, object]:
@@ -172,7 +148,7 @@ def _cells(row: Row) -> dict[str, object]:
     return cells
 
 
-def _by_wind(study: OverlapStudy, name: str) -> str:
+def _by_wind(study: OverlapStudy, name: str) -> list[dict[str, object]]:
     """Return the mean over the seeds, a row a point and a column a wind."""
     rows = []
     for point, runs in zip(study.points, study.runs, strict=True):
@@ -187,7 +163,7 @@ def _by_wind(study: OverlapStudy, name: str) -> str:
             mean = None if failed else float(np.mean([run[name] for run in of_wind]))
             row[f"{wind:g} m/s"] = mean
         rows.append(row)
-    return markdown_table(rows)
+    return rows
 
 
 def _csv(study: OverlapStudy) -> str:

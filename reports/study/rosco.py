@@ -150,11 +150,7 @@ def retuned(turbine: Turbine, bandwidth: float, damping: float) -> Tuning:
     """
     require_rosco()
     # The toolbox's libraries warn of their own future, and it prints what it does.
-    with (
-        warnings.catch_warnings(),
-        redirect_stdout(io.StringIO()),
-        TemporaryDirectory() as folder,
-    ):
+    with warnings.catch_warnings(), redirect_stdout(io.StringIO()), TemporaryDirectory() as folder:
         warnings.simplefilter("ignore")
         try:
             from rosco.toolbox import controller, utilities

@@ -23,6 +23,7 @@ from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.turbine.loader import TurbineFile
+from takagi.reports.output import read_words
 from takagi.reports.study.overlap import (
     REFERENCE,
     SHORTEST,
@@ -72,10 +73,10 @@ class Lever:
 
     def value(self, settings: DesignSettings) -> float:
         """Return the value that the settings have."""
-        from takagi.reports.margins.design_levers import effort_of
+        from takagi.lmi.turbine.effort import EffortSettings
 
         if self.option in _EFFORT:
-            return float(getattr(effort_of(settings), _EFFORT[self.option]))
+            return float(getattr(settings.effort or EffortSettings(), _EFFORT[self.option]))
         return float(getattr(settings, _SETTINGS[self.option]))
 
 
@@ -113,18 +114,9 @@ class Quantity:
     words: str
 
 
-QUANTITIES = (
-    Quantity("energy", "%", True, 0.1, "least over the mean winds, over the reference's, less 100"),
-    Quantity("tower-del", "", False, 0.05, "mean over the mean winds of the ratio"),
-    Quantity("blade-del", "", False, 0.05, "the same"),
-    Quantity("shaft-del", "", False, 0.05, "the same"),
-    Quantity("travel", "", False, 0.05, "of pitch, the same"),
-    Quantity("overspeed", "%", False, 1.0, "largest in turbulence, over rated"),
-    Quantity("torque-change", "kN m", False, 1.0, "largest within 0.4 s, in turbulence"),
-    Quantity("recovery", "s", False, 5.0, "from the step up on, until speed and power stay within "
-             "1 % of rated"),
-    Quantity("peak-power", "%", False, 1.0, "largest in the steps and gusts, of rated"),
-)  # fmt: skip
+QUANTITIES = tuple(
+    Quantity(name, **stated) for name, stated in read_words("study/words.toml")["tuning"].items()
+)
 _NAMED = {quantity.name: quantity for quantity in QUANTITIES}
 _REQUIRED = re.compile(r"([a-z-]+)\s*(<=|>=)?\s*([-+]?[0-9.]+)\s*(%|s|kN ?m)?")
 
@@ -463,12 +455,12 @@ def _winds(inputs: Mapping[str, Any]) -> dict[str, Any]:
 def _settings(turbine: Turbine, at: Mapping[str, float]) -> DesignSettings:
     from takagi.certificates.design.turbine.scale import default_settings
     from takagi.certificates.design.turbine.settings import check_limits
-    from takagi.reports.margins.design_levers import effort_of
+    from takagi.lmi.turbine.effort import EffortSettings
 
     settings = default_settings(turbine)
     of_effort: dict[str, Any] = {_EFFORT[k]: v for k, v in at.items() if k in _EFFORT}
     direct: dict[str, Any] = {_SETTINGS[k]: v for k, v in at.items() if k in _SETTINGS}
-    effort = replace(effort_of(settings), **of_effort)
+    effort = replace(settings.effort or EffortSettings(), **of_effort)
     settings = replace(settings, effort=effort, **direct)
     check_limits(turbine, settings)
     return settings

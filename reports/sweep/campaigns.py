@@ -22,17 +22,12 @@ from takagi.reports.figures.style import (
     new_figure,
     shades,
 )
-from takagi.reports.output import markdown_table, rows_csv
+from takagi.reports.output import markdown_page, rows_csv
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FILES = ("summary.md", "campaign.json")
-OUTSIDE = (
-    "Outside of the certificate no bound is promised. The set is left before, or when, one of its\n"
-    "peaks is exceeded; named is the other bound that most runs exceed first, and at which winds.\n"
-    "Numbers of runs are percentages; overspeed is in percent of rated."
-)
 NO_VIOLATION = "no violation of any certified bound"
 # As many as there are bounds but the set.
 BAR_COLOURS = (*COLOURS, "#999999", "#F0E442", "#8C564B", "#004D40")
@@ -81,16 +76,13 @@ def campaign_files(report: CampaignReport) -> dict[str, bytes | str]:
 
 def as_text(report: CampaignReport) -> str:
     """Return the table with the explanations needed to read it, as Markdown."""
-    words, inside = OUTSIDE, report.inside
+    words, inside = "", report.inside
     if inside is not None:
         hours, broken = inside.runs * inside.duration / 3600, inside.violations
         result = f"{broken} violate a certified bound" if broken else NO_VIOLATION
         words = f"{inside.runs} runs of {inside.duration:g} s ({hours:.0f} h of operation): "
-        words += f"{result}."
-    return (
-        f"# {report.model}: random runs of the certified loop\n\nCertificate: {report.verdict}.\n\n"
-        f"{markdown_table(report.rows)}\n{words}\nA simulation proves nothing.\n"
-    )
+        words += result
+    return markdown_page("sweep", "campaign", report=report, sentence=words)
 
 
 def as_json(report: CampaignReport, files: Sequence[str]) -> str:
@@ -179,19 +171,6 @@ EFFORT_SHARING = (
 )
 DECADES = "least_decay_rate [1/s]"
 MOST_LABELS = 8
-OF_EFFORT_SHARING = (
-    "PROVED means that the independent checker has verified the emitted decimals. The wind error "
-    "is |v - v_s|, the distance of the wind from the law's schedule wind, and the wind rate "
-    "|v_s'|, the rate of the schedule wind; the table has their means over all winds. Both may "
-    "occur at the same time, in every wind cell; the rotor speed then never exceeds the overspeed "
-    "bound."
-)
-OF_PUBLISHED = (
-    "At each point some windows of constant wind are examined. A window is PROVED when the "
-    "independent checker has verified the emitted decimals: in a set around its equilibrium the "
-    "loop has exactly one, and every motion from the set tends to it at the stated rate. Winds "
-    "between the windows are not claimed. windows.csv has a row a window."
-)
 
 
 def sweep_files(sweep: Sweep) -> dict[str, bytes | str]:
@@ -210,14 +189,12 @@ def sweep_files(sweep: Sweep) -> dict[str, bytes | str]:
     if figure is not None:
         words = f"{law_words(sweep.law)} over " + " and ".join(axis.name for axis in sweep.axes)
         files["figures/map.svg"] = figure_to_svg(figure, name="sweep-map", description=words)
-        picture = f"![{words}](figures/map.svg)\n\n"
+        picture = words
     shown = [*heads, "verdict", *_columns(sweep), "reason"]
     counted = ", ".join(f"{number} {verdict}" for verdict, number in sweep.counted().items())
-    files["map.md"] = (
-        f"# {sweep.model}: the {law_words(sweep.law)}\n\n{len(points)} points: {counted}. "
-        f"{OF_EFFORT_SHARING if sweep.law == 'coherent' else OF_PUBLISHED}\n\n{picture}"
-        + markdown_table([{head: row.get(head) for head in shown} for row in sweep.rows])
-    )
+    rows = [{head: row.get(head) for head in shown} for row in sweep.rows]
+    told = {"law": law_words(sweep.law), "counted": counted, "picture": picture}
+    files["map.md"] = markdown_page("sweep", "map", sweep=sweep, rows=rows, **told)
     return files
 
 

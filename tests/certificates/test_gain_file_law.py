@@ -25,8 +25,7 @@ from takagi.models.laws.protocol import Law, Measurement
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 from takagi.models.turbine.trim import derated
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.turbine import gain_file
+from takagi.reports.gains_file.envelope import dump_gains, gain_file
 
 TURBINE = nrel5mw()
 

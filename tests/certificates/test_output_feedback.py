@@ -22,8 +22,7 @@ from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import load_plant
 from takagi.reports.code.program_reading import read_controller
 from takagi.reports.code.run import ProgramRun
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.reports.gains_file.envelope import dump_gains, plant_gain_file
 from takagi.reports.sections.plant.page import plant_report_files
 from takagi.reports.sections.plant.summary import summary_rows
 from takagi.reports.simulation.plant import simulate_plant, simulation_data

@@ -35,10 +35,7 @@ def drawn(_: object, *, tell: Callable[..., None] | None = None) -> Files:
     """A report and its figures, replaced by a word: they are tested elsewhere."""
     if tell is not None:
         tell("report")
-    return {
-        "report.html": "<!doctype html><title>report</title>",
-        "figures/bode.svg": b"<svg/>",
-    }
+    return {"report.html": "<!doctype html><title>report</title>", "figures/bode.svg": b"<svg/>"}
 
 
 @pytest.fixture

@@ -131,44 +131,6 @@ def test_a_wrong_field_is_named_with_file_and_line(
 # ------------------------------------------------------------------ the options
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["--overlap", "-1"], "option --overlap: -1 was given; it must be positive"),
-        (["--bandwidth", "0"], "option --bandwidth: 0 was given; it must be positive"),
-        (["--bandwidth", "inf"], "option --bandwidth: inf was given"),
-        (["--bandwidth", "nan"], "option --bandwidth: nan was given"),
-        (["--bandwidth", "1e9"], "at most 5 1/s is needed, the rate of the pitch drive"),
-        (["--overlap", "nan"], "option --overlap: nan was given; it must be positive"),
-        (["--overlap", "0.2"], "below 0.09547 rad/s^2 is needed"),
-        (["--law", "paper", "--torque-overlap", "9000"], "at most 8618.72 N m is needed"),
-        (["--law", "paper", "--speed-overlap", "5"], "at every wind from 3 m/s on; try 0.11"),
-        (["--law", "paper", "--ramp-placement", "1"], "no equilibrium at 11.45 to 25 m/s"),
-        (["--law", "papr"], "choose one of coherent, paper"),
-        (
-            ["--law", "paper", "--overlap", "0.1"],
-            "option --overlap belongs to the effort-sharing law",
-        ),
-        (["--speed-overlap", "0.1"], "option --speed-overlap belongs to Schulte's law"),
-        (["--speed-setpoint", "1.2"], "a number with its unit is needed"),
-        (["--speed-setpoint", "11knots"], "unit 'knots' is not known"),
-        (["--speed-setpoint", "5rpm"], "it must lie above the minimum 0.723322"),
-        (["--speed-setpoint", "20 rpm"], "at or below the rated 1.26711 rad/s"),
-        (["--inertia", "1.2", "0.8"], "lower end 1.2 exceeds upper end 0.8"),
-        (["--inertia", "1.1", "1.3"], "0 < LOW <= 1 <= HIGH is needed"),
-        (["--inertia", "half", "2"], "a finite number is needed"),
-    ],
-)
-def test_an_option_that_makes_no_sense_is_misuse(
-    never: None, tmp_path: Path, capsys: Capture, options: list[str], message: str
-) -> None:
-    """The option, what was given, what is needed; before the long work."""
-    assert main(["design", "nrel5mw", "--out", str(tmp_path / "out"), *options]) == 2
-
-    assert message in told(capsys)
-    assert not (tmp_path / "out").exists()
-
-
 @pytest.mark.slow
 def test_a_requirement_that_cannot_be_met_is_an_answer(tmp_path: Path, capsys: Capture) -> None:
     """A set-point so low that pitch cannot hold it: status 1, the step, and what to relax."""
@@ -315,56 +277,6 @@ def test_the_installed_command_says_no_more_than_its_message(verb: str, tmp_path
     assert (ran.returncode, ran.stdout, ran.stderr.count("\n")) == (2, "", 1)
     assert ran.stderr.startswith("Error: model 'nrel5wm' is not known")
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.usefixtures("never")
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--margins", "gan 1.5"], "did you mean 'gain'"),
-        (["--margins", "gain 1.5, sample 0.2s"], "sample at least every"),
-        (["--margins", "gain 1.5", "--one-step"], "leave --one-step"),
-        (["--margins", "gain 1.5", "--law", "paper"], "option --margins belongs to"),
-        (["--bandwidth-growth", "20"], "bandwidth growth 20 was given"),
-        (["--bandwidth-growth", "-1"], "option --bandwidth-growth: -1 was given"),
-    ],
-)
-def test_margins_that_say_nothing_are_refused_before_the_long_work(
-    options: list[str], words: str, tmp_path: Path, capsys: Capture
-) -> None:
-    assert main(["design", "nrel5mw", "--out", str(tmp_path / "out"), *options]) == 2
-    assert words in told(capsys) and not (tmp_path / "out").exists()
-
-
-@pytest.mark.usefixtures("never")
-def test_a_file_may_ask_for_margins(
-    turbine_file: Callable[[str, str], Path],
-    tmp_path: Path,
-    capsys: Capture,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """[design] of a turbine's file; the command line goes first; no number that keeps them is 1."""
-    from takagi.reports.margins import kept_margins
-
-    path, asked = turbine_file("[rotor]", '[design]\nmargins = "gain 1.5"\n\n[rotor]'), []
-
-    def none(_: Any, __: Any, margins: Any, **more: Any) -> Any:
-        asked.append((margins.gain, more["given"]))
-        return kept_margins.NoMargins("margins: at 11 m/s it is missed")
-
-    monkeypatch.setattr(kept_margins, "settings_with_margins", none)
-    out = ["--out", str(tmp_path / "out")]
-    assert main(["design", str(path), *out, "--wind-filter", "9"]) == 1
-    assert "at 11 m/s it is missed" in told(capsys)
-    assert main(["design", str(path), *out, "--margins", "gain 1.2"]) == 1
-    assert [gain for gain, _ in asked] == [1.5, 1.2] and "wind_filter" in asked[0][1]
-    assert "wind_filter" not in asked[1][1]
-    capsys.readouterr()
-
-    wrong = path.read_text(encoding="utf-8").replace("margins =", "margin =", 1)
-    path.write_text(wrong, encoding="utf-8")
-    assert main(["design", str(path), *out]) == 2
-    assert "design.margin" in told(capsys)
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,7 @@ from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import as_read
 from takagi.cli.main import main
 from takagi.models.plant_files.loader import PlantFile, load_plant
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.reports.gains_file.envelope import dump_gains, plant_gain_file
 from tests.plant_files import designed_in
 from tests.undrawn import undrawn
 

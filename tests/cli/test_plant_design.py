@@ -278,28 +278,6 @@ def test_next_commands_can_be_typed_as_printed(
         assert main(command) == 0
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ("0s", "a time above 0 is needed"),
-        ("-5min", "a time above 0 is needed"),
-        ("60", "a number with a unit is needed"),
-        ("soon", "a number with a unit is needed"),
-        ("1e999s", "--time 1e999s"),
-        ("3kg", "is no unit of time"),
-    ],
-)
-def test_a_time_that_is_none_is_refused(
-    given: str, words: str, tmp_path: Path, capsys: Capture
-) -> None:
-    """Status 2, with what is needed; nothing is written."""
-    out = tmp_path / "out"
-    assert main(["design", str(VALVE), "--out", str(out), f"--time={given}"]) == 2
-    said = capsys.readouterr().err
-    assert words in said and "internal error" not in said
-    assert not out.exists()
-
-
 @pytest.mark.slow
 def test_the_announcement_goes_to_standard_error(tmp_path: Path, capsys: Capture) -> None:
     """The answer alone is on standard output."""

@@ -201,48 +201,6 @@ def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: 
     assert "before 0.02 s" in shown
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--law", "coherrent"), "did you mean 'coherent'"),
-        (("--duration", "-5"), "above 0"),
-        (("--duration", "nan"), "above 0"),
-        (("--duration", "1e9"), "at most 3600"),
-        (("--wind", "gust", "--duration", "5"), "longer duration"),
-        (("--duration", "soon"), "a valid number"),
-        (("--wind", "storm"), "paper, step, ramp, gust, coherent"),
-        (("--wind", "turbulant:9"), "did you mean 'turbulent'"),
-        (("--wind", "26"), "runs from 3 to 25 m/s"),
-        (("--wind", "turbulent:9:D"), "A, B and C"),
-        (("--wind", "turbulent:9:B:-1"), "'-1' is SEED"),
-        (("--wind", "turbulent:9:B:6-1"), "seeds from 6 to 1"),
-        (("--wind", "step:9"), "written step:FROM:TO"),
-        (("--wind", "gust:fast"), "'fast' is MEAN; a number"),
-        (("--wind", "missing.csv"), "missing.csv"),
-        (("--wind", "README.md"), "wind.csv"),
-        (("--wake", "none"), "equilibrium, dynamic"),
-        (("--without", "towr"), "did you mean 'tower'"),
-        (("--speed-filter", "-1"), "speed_filter = -1"),
-        (("--ripple", "3"), "0 to 0.2 of the wind"),
-        (("--wind", "step", "--wind", "9", "--seed", "1"), "step, 9 has no turbulence"),
-        (("--seed", "-1"), "0 or more"),
-    ],
-)
-def test_misuse_is_told_and_nothing_is_written(
-    tmp_path: Path, capsys: Capture, options: tuple[str, ...], words: str
-) -> None:
-    """Status 2, one message, no folder."""
-    out = tmp_path / "out"
-    status = main(["simulate", "nrel5mw", *options, "--out", str(out)])
-    shown = capsys.readouterr()
-
-    assert status == 2
-    assert words in " ".join(shown.err.split())
-    assert "Traceback" not in shown.err
-    assert shown.out == ""
-    assert not out.exists()
-
-
 @pytest.mark.parametrize("place", ["file", "file/below", "/proc/takagi"])
 def test_a_folder_that_cannot_be_written_is_told_first(
     tmp_path: Path, capsys: Capture, place: str

@@ -231,24 +231,6 @@ def test_the_sampling_is_as_asked(capsys: Capture) -> None:
     assert "laws every 10 ms" in capsys.readouterr().out.splitlines()[0]
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--sample-time", "0"], "sample time 0 s was given; 0.001 to 1 s"),
-        (["--sample-time", "nan"], "option --sample-time: 'nan' was given"),
-        (["--computation-time", "0.03"], "0 up to the sample time"),
-        (["--computation-time", "0.0037177"], "a simple fraction of the sample time"),
-        (["--law-from", "nowhere.json"], "nowhere.json: cannot be read"),
-    ],
-)
-def test_misuse_is_told_before_any_work(options: list[str], words: str, capsys: Capture) -> None:
-    """Status 2, and one message."""
-    law = [] if "--law-from" in options else ["--law", "baseline"]
-    assert main([*QUICK, *law, *options]) == 2
-
-    assert words in capsys.readouterr().err
-
-
 def test_another_law_cannot_stand_beside_a_file(tmp_path: Path, capsys: Capture) -> None:
     """It would be designed anew, for the defaults."""
     path = str(gain_file(tmp_path))

@@ -52,8 +52,7 @@ def gains(cart: Path) -> Path:
     from takagi.certificates.design.plant.design import design_plant
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant_files.loader import PlantFile, load_plant
-    from takagi.reports.gains_file.envelope import dump_gains
-    from takagi.reports.gains_file.plant import plant_gain_file
+    from takagi.reports.gains_file.envelope import dump_gains, plant_gain_file
 
     found = design_plant(load_plant(cart), files=PlantFile.of(cart).files)
     assert isinstance(found, PlantDesign)
@@ -202,19 +201,3 @@ def test_misuse_has_place_reason_and_cure(
 
     said = capsys.readouterr().err
     assert said.startswith("Error: ") and message in said and "Traceback" not in said
-
-
-@pytest.mark.parametrize(
-    ("asked", "words"),
-    [
-        (["nrel5mw", "--disturbance", "w=step 1 at 1s"], "--disturbance is about a plant"),
-        (["nrel5mw", "--law", "baseline", "--sample-time", "1h"], "sample time 3600 s"),
-        # The law of the truck runs every 2 s already.
-        (["truck_trailer", "--sample-time", "1s"], "its law runs every 2 s already"),
-    ],
-)
-def test_options_that_this_model_has_not_are_refused(
-    asked: list[str], words: str, capsys: Capture
-) -> None:
-    assert main(["simulate", *asked]) == 2
-    assert words in capsys.readouterr().err

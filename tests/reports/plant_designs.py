@@ -34,10 +34,7 @@ def two_integrators(
     """
     plant = Plant(
         equations=(V, U) if step is None else (X + step * V, V + step * U),
-        states=(
-            Variable(X, "m", Interval.of(-1, 1)),
-            Variable(V, "m/s", Interval.of(-side, side)),
-        ),
+        states=(Variable(X, "m", Interval.of(-1, 1)), Variable(V, "m/s", Interval.of(-side, side))),
         inputs=(Variable(U, "m/s^2", None if room is None else Interval.of(-room, room)),),
         sample_time=step,
     )

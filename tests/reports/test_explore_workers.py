@@ -11,8 +11,7 @@ import pytest
 
 from takagi.cli.options.plant_options import plant_settings
 from takagi.models.plant_files.loader import PlantFile
-from takagi.reports.explore.books import Book
-from takagi.reports.explore.workers import ENDED, Worker
+from takagi.reports.explore.books import ENDED, Book, Worker
 
 pytestmark = pytest.mark.slow
 

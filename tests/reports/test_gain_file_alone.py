@@ -32,8 +32,7 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Law, Measurement, SampledLaw, sampled
 from takagi.models.turbine.trim import trim
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.turbine import gain_file
+from takagi.reports.gains_file.envelope import dump_gains, gain_file
 from tests.models.library_plants import library_model, plant_of
 from tests.reports.filtered_speed import FilteredSpeed
 
@@ -203,8 +202,7 @@ def laws(turbine_design: TurbineDesign) -> Mapping[str, Law]:
 
 
 @pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[pytest.mark.slow] * (name in VARIANTS)) for name in LAWS],
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in VARIANTS)) for name in LAWS]
 )
 def test_a_turbine_s_law_sample_by_sample(
     name: str, laws: Mapping[str, Law], turbine_design: TurbineDesign, tmp_path: Path

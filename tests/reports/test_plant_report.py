@@ -12,6 +12,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
@@ -21,8 +23,9 @@ from takagi.models import Plant
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.reports.loops.plant_claims import proved_jumps
 from takagi.reports.loops.plant_loop import plant_loop, proved_kinds
+from takagi.reports.page import text
 from takagi.reports.page.assembly import ReportFiles
-from takagi.reports.page.text import decimal
+from takagi.reports.page.text import at_least, at_most, at_most_to, decimal
 from takagi.reports.sections.plant.claims import claim_rows
 from takagi.reports.sections.plant.page import plant_report_files
 from takagi.reports.sections.plant.summary import answer_sentence, summary_rows
@@ -56,8 +59,7 @@ def doubted(design: PlantDesign) -> PlantDesign:
 
 
 @pytest.mark.parametrize(
-    "name",
-    [SMALL, ANALYSIS, *(pytest.param(n, marks=pytest.mark.slow) for n in (DISCRETE, MASS))],
+    "name", [SMALL, ANALYSIS, *(pytest.param(n, marks=pytest.mark.slow) for n in (DISCRETE, MASS))]
 )
 def test_the_page_is_well_formed_and_self_contained(name: str) -> None:
     html = report_of(name).html
@@ -285,3 +287,46 @@ def test_the_report_has_the_jumps_as_a_figure_and_as_numbers() -> None:
     lines = files.figures["jumps.csv"].decode("utf-8").splitlines()
     first, last = lines[0], lines[-1]
     assert "theta" in first and len(last.split(",")) == len(first.split(","))
+
+
+DECIMALS = st.decimals("-1000", "1000", places=7, allow_nan=False).map(float)
+
+
+@given(DECIMALS, st.integers(1, 6))
+def test_the_text_stays_on_the_safe_side(value: float, digits: int) -> None:
+    exact = Fraction(repr(value))
+
+    assert Fraction(at_least(value, digits)) <= exact <= Fraction(at_most(value, digits))
+    assert 0 <= Fraction(at_most_to(value, digits)) - exact < Fraction(1, 10**digits)
+
+
+@given(st.floats(1e-3, 1e3), st.integers(1, 4))
+def test_the_page_rounds_by_the_same(value: float, digits: int) -> None:
+    """Also where a number of floats lies a hair above a decimal."""
+    exact = Fraction(repr(value))
+
+    assert Fraction(text.lower_bound(value, digits)) <= exact
+    assert exact <= Fraction(text.upper_bound(value, digits))
+
+
+@pytest.mark.parametrize(
+    ("shown", "wanted"),
+    [
+        (at_least(0.145, 3), "0.145"),  # The float is less; what is meant is the decimal.
+        (at_least(0.08865, 3), "0.0886"),
+        (at_most(0.0399999 * 9.5493, 3), "0.382"),
+        (at_most_to(3.15777, 2), "3.16"),
+        (at_most_to(3.1600000001, 2), "3.17"),
+        (at_most_to(2, 2), "2.00"),
+        (at_most_to(-0.2532, 2), "-0.25"),
+        (text.upper_bound(3.1600000001, 2), "3.17"),
+        (text.lower_bound(0.3, 3), "0.300"),
+        (text.with_decimals(-0.0001, 2), "0.00"),
+        (text.with_decimals(float("inf"), 1), "∞"),
+        (text.significant(-2.2154e-6, 3), "−2.22·10⁻⁶"),
+        (text.significant(43093.55, 3), "43094"),
+        (text.powers("m/s^2 and kg^-1"), "m/s² and kg⁻¹"),
+    ],
+)
+def test_known_numbers(shown: str, wanted: str) -> None:
+    assert shown == wanted

@@ -44,8 +44,9 @@ from takagi.reports.margins.running_over_wind import (
     RunningMargins,
     plant_modes,
     running_margins,
+    searched_margins,
+    winds_between,
 )
-from takagi.reports.margins.running_search import searched_margins, winds_between
 
 Floats = NDArray[np.float64]
 
@@ -115,9 +116,7 @@ def simulated_step(program: SampledLaw, wind: float, rest: LoopEquilibrium) -> A
         before = Command(float(s[-2]), float(s[-1]))
         state, estimate = s[:n].copy(), s[n + k : -2]
         seen = Measurement(
-            float(state[measured(machine)]),
-            float(state[1]),
-            observer.wind_estimate(estimate),
+            float(state[measured(machine)]), float(state[1]), observer.wind_estimate(estimate)
         )
         within = program.start(wind, before)._replace(law_state=s[n : n + k])
         command, later = program.step(within, seen)

@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import bootstrap
 
 from takagi.models.errors import ModelError
-from takagi.reports.study.statistics import (
+from takagi.reports.study.controllers_files import (
     Weibull,
     lifetime_load,
     lifetime_mean,

@@ -1,31 +1,38 @@
-"""Header and source of a law in C99, without allocation, recursion or variable globals."""
+"""The target `c`: a law as C99 without allocation, recursion or variable globals.
+
+With a self-test, an example and a README.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
-from takagi.reports.code.c.expressions import Expressions, literal, needed_names, sample_function
-from takagi.reports.code.c.words import HELPERS, RESERVED, comment, file_name_word, helpers
+from takagi.reports.code.c.expressions import (
+    HELPERS,
+    RESERVED,
+    Expressions,
+    comment,
+    file_name_word,
+    helpers,
+    literal,
+    needed_names,
+    sample_function,
+)
 from takagi.reports.code.controller_program import (
     Constant,
     ControllerProgram,
+    Signal,
     Spline,
     file_word,
     identifiers,
 )
 from takagi.reports.code.program_reading import require_nodes
-from takagi.reports.code.sampling import (
-    BIT,
-    longest_sample,
-    reported_range,
-    start_sample_time,
-    status_bits,
-)
-from takagi.reports.code.target_text import filled, proof_lines
-from takagi.reports.code.targets import ExportSettings
+from takagi.reports.code.run import ProgramRun
+from takagi.reports.code.targets import BIT, Exported, ExportSettings, filled, shared_context
 
 # Names that the templates use, with the prefix: a name of the law must not be one of them.
 TEMPLATE_WORDS = (
@@ -110,26 +117,21 @@ def _context(
 ) -> dict[str, Any]:
     """Return what the templates are filled with, but for the function of a sample."""
     names, suffix = write.names, write.suffix
-    time = start_sample_time(program, settings.sample_time)
+    shared = shared_context(program, settings)
     outputs, kept = (
         [names[entry.name] for entry in entries] for entries in (program.outputs, program.kept)
     )
     members = [f"inputs.{names[signal.name]}" for signal in program.inputs]
     members += [f"outputs.{name}" for name in outputs] + [f"kept.{name}" for name in kept]
     sent = [f"sent.{name}" for name in outputs] + [f"next.{name}" for name in kept]
-    return {
-        "program": program,
-        "proof": proof_lines(program),
+    return shared | {
         "precision": settings.precision,
         "suffix": suffix,
-        "time": time,
         # A law in discrete time takes its own T only; this allows for its rounding to float.
-        "tolerance": time * Decimal("1e-6"),
-        "longest": longest_sample(program),
+        "tolerance": shared["time"] * Decimal("1e-6"),
         "word": word,
         "W": word.upper(),
         "names": names,
-        "status": status_bits(program),
         "members": members,
         "first": " && ".join(f"isfinite({member})" for member in sent),
         # Helpers come before the constants: a constant then cannot shadow a name inside a helper.
@@ -140,7 +142,6 @@ def _context(
         ),
         "comment": comment,
         "number": lambda value: literal(Decimal(value or 0), suffix),
-        "reported_range": reported_range,
         "rest_of_output": lambda name: _rest_of_output(program, name),
     }
 
@@ -189,3 +190,79 @@ def _rest_of_output(program: ControllerProgram, name: str) -> Decimal:
         if isinstance(entry, Mapping) and entry.get("name") == name:
             return Decimal(entry.get("rest") or 0)
     return Decimal(0)
+
+
+SAMPLES = 40
+# Relative to the largest value of an output in the test.
+TOLERANCES = {"double": "1e-9", "float": "1e-3F"}
+
+
+def _known(
+    program: ControllerProgram, sample_time: float
+) -> list[tuple[dict[str, float], dict[str, float]]]:
+    """Return inputs and outputs of each sample, up to the first without a finite value."""
+    run = ProgramRun(program)
+    samples: list[tuple[dict[str, float], dict[str, float]]] = []
+    for k in range(SAMPLES):
+        inputs = {s.name: wave(s, k, j) for j, s in enumerate(program.inputs)}
+        try:
+            outputs = run.sample(sample_time, inputs)
+        except (ArithmeticError, ValueError):
+            break
+        if not all(map(math.isfinite, (*outputs.values(), *run.kept.values()))):
+            break
+        samples.append((inputs, outputs))
+    return samples or [
+        ({s.name: 0.0 for s in program.inputs}, {s.name: 0.0 for s in program.outputs})
+    ]
+
+
+def wave(signal: Signal, k: int, j: int) -> float:
+    """Return a test value of input j at sample k, inside its range.
+
+    It has 12 significant bits, so that float and double hold it exactly.
+    """
+    low, high = signal.range or (Decimal(-1), Decimal(1))
+    share = (1 + math.sin(0.37 * k + 1.1 * j)) / 2 * 0.6 + 0.2
+    value = float(low) + share * float(high - low)
+    size = 2.0 ** (12 - math.frexp(value)[1])
+    return round(value * size) / size
+
+
+def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
+    """Return ``W.h``, ``W.c``, ``W_test.c``, ``W_example.c`` and ``README.md``.
+
+    Raises
+    ------
+    ModelError : a name, number or sample time that C or the law cannot hold.
+    """
+    c = c_source(program, settings)
+    word, context = c.word, c.context
+    samples = _known(program, float(c.sample_time))
+
+    def row(values: Mapping[str, float], signals: Iterable[Signal]) -> str:
+        return ", ".join(f"{values[s.name]!r}{context['suffix']}" for s in signals)
+
+    test = {
+        "samples": samples,
+        "largest": {
+            s.name: max(abs(outputs[s.name]) for _, outputs in samples) for s in program.outputs
+        },
+        "tolerance": TOLERANCES[settings.precision],
+        "row": row,
+    }
+    files = {
+        f"{word}.h": c.header,
+        f"{word}.c": c.source,
+        f"{word}_test.c": filled("c", "test.c", {**context, **test}),
+        f"{word}_example.c": filled("c", "example.c", context),
+        "README.md": filled("c", "README.md", context),
+    }
+    use = {
+        f"{word}.c": f"compile it: cc -std=c99 -O2 -ffp-contract=off -c {word}.c",
+        f"{word}.h": f"{word}_init once, {word}_step at every sample",
+        f"{word}_test.c": f"try it: cc {word}.c {word}_test.c -lm && ./a.out",
+        f"{word}_example.c": "a loop with every call",
+        "README.md": "inputs, outputs, units and status bits",
+    }
+    return Exported(files, use)

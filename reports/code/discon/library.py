@@ -11,13 +11,18 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from takagi.models.errors import ModelError
+from takagi.reports.code.c.expressions import comment
 from takagi.reports.code.c.source import CSource, c_source
-from takagi.reports.code.c.words import comment
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import controller_program
-from takagi.reports.code.sampling import reported_range
-from takagi.reports.code.target_text import as_list, filled, proof_lines
-from takagi.reports.code.targets import Exported, ExportSettings
+from takagi.reports.code.targets import (
+    Exported,
+    ExportSettings,
+    as_list,
+    filled,
+    proof_lines,
+    reported_range,
+)
 
 TEMPLATES = ("discon.h", "discon.c", "discon_files.c", "Makefile", "README.md")
 READ = ("speed", "measured_speed", "pitch", "wind_guess", "wind_estimate", "speed_setpoint",

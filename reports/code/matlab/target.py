@@ -24,18 +24,10 @@ from takagi.reports.code.controller_program import (
     file_word,
     identifiers,
     parsed,
+    reserved_words,
 )
 from takagi.reports.code.run import value_of
-from takagi.reports.code.sampling import (
-    BIT,
-    REPORTED,
-    longest_sample,
-    reported_range,
-    start_sample_time,
-    status_bits,
-)
-from takagi.reports.code.target_text import as_list, filled, proof_lines
-from takagi.reports.code.targets import Exported, ExportSettings
+from takagi.reports.code.targets import REPORTED, Exported, ExportSettings, filled, shared_context
 
 # The first 116 bytes of a MAT-file are free text.  scipy writes the date there, which is replaced:
 # the same law must give the same bytes.
@@ -153,11 +145,11 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     """
     if settings.precision != "double":
         raise ModelError("--to mat computes in double; leave --precision out, or take --to c")
-    word, time = file_word(program.plant), start_sample_time(program, settings.sample_time)
+    word = file_word(program.plant)
     return Exported(
         {
             f"{word}.mat": struct_file(program, settings.model, settings.claims),
-            **texts(program, word, time),
+            **texts(program, word, settings),
         },
         {
             f"{word}_step.m": "one sample of the law; runs in MATLAB, Simulink and Octave",
@@ -169,17 +161,7 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
 
 
 # Keywords and functions that a name must not replace.
-RESERVED = frozenset(
-    """
-    break case catch classdef continue do else elseif end end_try_catch end_unwind_protect endfor
-    endfunction endif endswitch endwhile for function global if otherwise parfor persistent return
-    spmd switch try until unwind_protect unwind_protect_cleanup while
-    abs sqrt exp log sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh erf min max pi
-    i j e eps inf nan Inf NaN ans isempty isfinite struct numel prod sum true false single double
-    limit choose line slope hold mix spline1 spline2 basis interval first last
-    state inputs outputs status sample_time T kept next c
-    """.split()
-)
+RESERVED = reserved_words("matlab")
 
 
 def words_of(program: ControllerProgram) -> dict[str, str]:
@@ -189,18 +171,12 @@ def words_of(program: ControllerProgram) -> dict[str, str]:
     return {name: unique[word] for name, word in stripped.items()}
 
 
-def texts(program: ControllerProgram, word: str, time: Decimal) -> dict[str, str]:
+def texts(program: ControllerProgram, word: str, settings: ExportSettings) -> dict[str, str]:
     """Return ``W_step.m`` with the functions that it calls, ``W_start.m`` and ``README.md``."""
     names = words_of(program)
-    context = {
-        "program": program,
+    context = shared_context(program, settings, REPORTED) | {
         "word": word,
-        "time": time,
         "names": names,
-        "proof": proof_lines(program),
-        "status": status_bits(program, REPORTED),
-        "BIT": BIT,
-        "longest": longest_sample(program),
         "constants": [
             line
             for constant in program.constants
@@ -208,8 +184,6 @@ def texts(program: ControllerProgram, word: str, time: Decimal) -> dict[str, str
         ],
         "text": lambda formula: _text(formula, names),
         "line": _line,
-        "as_list": as_list,
-        "reported_range": reported_range,
     }
     templates = {f"{word}_step.m": "step.m", f"{word}_start.m": "start.m", "README.md": "README.md"}
     return {name: filled("matlab", template, context) for name, template in templates.items()}

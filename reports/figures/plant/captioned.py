@@ -8,19 +8,171 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.reports.figures.loops import bode_figure, bode_line, responses_figure
+from takagi.models.arrays import Floats
+from takagi.reports.figures.loops import bode_figure, bode_line, finish_over_time, responses_figure
 from takagi.reports.figures.plant.proved_set import phase_figure, planes
-from takagi.reports.figures.plant.weights import PremiseCurve, premise_curves, weights_figure
-from takagi.reports.figures.style import captioned_figure
+from takagi.reports.figures.style import (
+    COLOURS,
+    SEQUENTIAL,
+    STYLES,
+    captioned_figure,
+    decimate,
+    house_style,
+    new_figure,
+)
 from takagi.reports.loops.plant_local import PlantLocalLoop, common_frequencies
 from takagi.reports.loops.plant_motion import PlantMotion, around, motions
 from takagi.reports.output import csv_text
-from takagi.reports.page.text import CaptionedFigure, name_of
+from takagi.reports.page.text import CaptionedFigure, behind, name_of, powers
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from takagi.models.blending.blending import RunTimeBlending
+    from takagi.models.ts.model import TSModel
+    from takagi.models.ts.premise import Premise
     from takagi.reports.loops.plant_loop import PlantLoop
+
+LINE, GRID = 201, 61
+TRIES, SEED = 6, 5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PremiseCurve:
+    """A premise along the one or two variables that it depends on, all others at rest.
+
+    Attributes
+    ----------
+    variables : labels with units, one or two; further ones it depends on are in ``held``.
+    axes : a grid of each variable, in deviations from rest.
+    value : (k,) or (k2, k1), the last axis that of the first variable.
+    """
+
+    premise: Premise
+    variables: tuple[str, ...]
+    axes: tuple[Floats, ...]
+    value: Floats
+    held: tuple[str, ...] = ()
+
+
+def premise_curves(model: TSModel) -> tuple[PremiseCurve, ...]:
+    """Return a curve (or surface) for each premise that is not constant."""
+    rest = {name_of(label): 0.0 for label in (*model.states, *model.inputs, *model.disturbances)}
+    return tuple(
+        _curve(model, premise, rest)
+        for premise in model.premises
+        if len(premise.corners) > 1 and premise.evaluate is not None
+    )
+
+
+def weights_figure(curves: tuple[PremiseCurve, ...]) -> Figure:
+    """Return one panel per premise: w_0 and w_1 over its variable, or w_1 over two."""
+    across = 1 if len(curves) == 1 else 2
+    rows = -(-len(curves) // across)
+    with house_style():
+        figure, panels = new_figure(rows, across, height=3.0 if rows == 1 else 2.6 * rows)
+        for axes, curve in zip(panels, curves, strict=False):
+            draw = _line if len(curve.variables) == 1 else _surface
+            draw(axes, curve)
+            premise = curve.premise
+            ends = f"[{float(premise.lower):.5g}, {float(premise.upper):.5g}]"
+            unit = behind(powers(premise.unit))
+            axes.set_title(f"{premise.name} in {ends}{unit}", fontsize=9.5)
+        for axes in panels[len(curves) :]:
+            axes.set_visible(False)
+        lines = next((a for a, c in zip(panels, curves, strict=False) if len(c.axes) == 1), None)
+        if lines is not None:
+            figure.legend(*lines.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def _curve(model: TSModel, premise: Premise, rest: dict[str, float]) -> PremiseCurve:
+    assert premise.evaluate is not None
+    box = {label: (float(a), float(b)) for label, (a, b) in model.box.items()}
+    ranges = {label: box[label] for label in box if name_of(label) in rest}
+    variables = _dependent(premise, ranges, rest) or list(ranges)[:1]
+    drawn = tuple(variables[:2])
+    size = LINE if len(drawn) == 1 else GRID
+    axes = tuple(np.linspace(*ranges[label], size) for label in drawn)
+
+    def value(*point: float) -> float:
+        assert premise.evaluate is not None
+        names = [name_of(label) for label in drawn]
+        return premise.evaluate(**{**rest, **dict(zip(names, point, strict=True))})
+
+    if len(drawn) == 1:
+        values = np.array([value(float(x)) for x in axes[0]])
+    else:
+        values = np.array([[value(float(x), float(y)) for x in axes[0]] for y in axes[1]])
+    return PremiseCurve(premise, drawn, axes, values, tuple(variables[2:]))
+
+
+def _dependent(
+    premise: Premise, box: dict[str, tuple[float, float]], rest: dict[str, float]
+) -> list[str]:
+    """Return the variables whose change alone moves the premise somewhere in the box."""
+    assert premise.evaluate is not None
+    chance = np.random.default_rng(SEED)
+    variables = []
+    for label in box:
+        name = name_of(label)
+        for _ in range(TRIES):
+            point = {**rest, **{name_of(k): chance.uniform(*ends) for k, ends in box.items()}}
+            first = premise.evaluate(**point)
+            if premise.evaluate(**{**point, name: chance.uniform(*box[label])}) != first:
+                variables.append(label)
+                break
+    return variables
+
+
+def _line(axes: Axes, curve: PremiseCurve) -> None:
+    weights = curve.premise.weights(curve.value, clip=True)
+    for weight, words, colour, style in zip(
+        weights, ("weight of the lower bound", "weight of the upper bound"), COLOURS, STYLES,
+        strict=False,
+    ):  # fmt: skip
+        axes.plot(curve.axes[0], weight, color=colour, linestyle=style, label=words)
+    axes.set_xlim(curve.axes[0][0], curve.axes[0][-1])
+    axes.set_ylim(-0.03, 1.03)
+    axes.set_xlabel(powers(curve.variables[0]))
+    axes.set_ylabel("weight [-]")
+
+
+def _surface(axes: Axes, curve: PremiseCurve) -> None:
+    upper = curve.premise.weights(curve.value, clip=True)[1]
+    levels = np.linspace(0.0, 1.0, 11)
+    filled = axes.contourf(*curve.axes, upper, levels=levels, cmap=SEQUENTIAL)
+    bar = axes.figure.colorbar(filled, ax=axes, ticks=[0.0, 0.5, 1.0])
+    bar.set_label("weight of the\nupper bound [-]")
+    axes.set_xlabel(powers(curve.variables[0]))
+    axes.set_ylabel(powers(curve.variables[1]))
+
+
+SHADE = "#eeeeee"
+
+
+def hand_over_figure(
+    blend: RunTimeBlending, motions: Sequence[PlantMotion], effort_rest: float
+) -> Figure:
+    """Return the effort and both actuators over time, a line for each motion."""
+    blending, e = blend.blending, float(blend.blending.overlap)
+    lines = list(zip(motions, COLOURS, STYLES, strict=False))
+    with house_style():
+        figure, panels = new_figure(3, 1, height=6.0, share_x=True)
+        panels[0].axhspan(-e, e, color=SHADE, zorder=0)
+        for motion, colour, style in lines:
+            rows = np.column_stack((motion.state[:, -1] + effort_rest, motion.acting))
+            for axes, series in zip(panels, rows.T, strict=True):
+                axes.plot(
+                    *decimate(motion.time, series), color=colour, linestyle=style, label=motion.name
+                )
+        panels[0].set_ylabel(f"effort\n[{blending.effort.unit}]")
+        for axes, actuator in zip(panels[1:], blending.actuators, strict=True):
+            axes.set_ylabel(f"{actuator.name}\n[{actuator.variable.unit}]")
+        finish_over_time(figure, panels, motions)
+    return figure
+
 
 # Starts around the set of two states, and of more.
 AROUND, AROUND_MANY = 12, 4
@@ -41,17 +193,12 @@ def captioned_weights_figure(loop: PlantLoop) -> Drawn:
     if not curves:
         return Drawn(())
     held = sorted({name_of(label) for curve in curves for label in curve.held})
-    caption = (
-        "Weights of the premises over the variables they depend on, as deviations from rest; the "
-        "membership of a rule is the product of its premises' weights."
-        + (f" At rest: {', '.join(held)}." if held else "")
-    )
-    names = ", ".join(curve.premise.name for curve in curves)
     captioned = captioned_figure(
         weights_figure(curves),
         "memberships",
-        caption=caption,
-        alternative=f"Weights of the premises {names} over the box",
+        "weights",
+        held=f" At rest: {', '.join(held)}." if held else "",
+        names=", ".join(curve.premise.name for curve in curves),
     )
     return Drawn((captioned,), {f"memberships-{c.premise.name}.csv": _curve_csv(c) for c in curves})
 
@@ -79,12 +226,7 @@ def captioned_bode_figures(loops: Sequence[PlantLocalLoop]) -> tuple[CaptionedFi
     """Return one Bode plot per input."""
     return tuple(
         captioned_figure(
-            figure,
-            f"bode-{k}" if k > 1 else "bode",
-            caption=f"The loop broken at {name_of(name)}, all other loops closed: at rest, "
-            "and the vertices with the smallest disk margins. Filled dot: crossover with phase "
-            "margin (PM); open dot: phase crossover with gain margin (GM).",
-            alternative=f"Bode plot of the loop at {name} at rest and at vertices",
+            figure, f"bode-{k}" if k > 1 else "bode", "plant-bode", at=name_of(name), input=name
         )
         for k, (name, figure) in enumerate(bode_drawings(loops), 1)
     )
@@ -97,13 +239,7 @@ def captioned_jumps_figure(loop: PlantLoop, runs: Sequence[PlantMotion]) -> Draw
     followed = " and ".join(one.follows for one in loop.plant.references)
     # V is a function of deviations from the old rest.
     shown = [replace(run, value=np.zeros(0)) for run in runs]
-    captioned = captioned_figure(
-        responses_figure(loop, shown),
-        "jumps",
-        caption="The nonlinear plant under its law, at rest until the reference jumps as far as "
-        "all ranges are proved to be kept, up and down. States as deviations from the old rest.",
-        alternative=f"States and inputs over time after jumps of what {followed} follows",
-    )
+    captioned = captioned_figure(responses_figure(loop, shown), "jumps", followed=followed)
     return Drawn((captioned,), {"jumps.csv": _motions_csv(loop, shown)})
 
 
@@ -112,16 +248,11 @@ def captioned_picture(loop: PlantLoop) -> Drawn:
     if not planes(loop):
         return Drawn(())
     drawn = motions(loop, around(loop, AROUND if len(loop.names) == 2 else AROUND_MANY))
-    caption = "Deviations from rest"
+    words = ""
     if loop.bounded and (len(loop.names) > 2 or loop.observed is not None):
-        caption += ". Filled: section where all other states are at rest. Dashed: the whole set, "
-        caption += f"projected{'; no motion from it leaves it' if loop.level_proved else ''}"
-    captioned = captioned_figure(
-        phase_figure(loop, drawn, most=1),
-        "phase",
-        caption=f"{caption}.",
-        alternative="Motions to rest in the plane of two states, with the set and the ranges",
-    )
+        words = ". Filled: section where all other states are at rest. Dashed: the whole set, "
+        words += f"projected{'; no motion from it leaves it' if loop.level_proved else ''}"
+    captioned = captioned_figure(phase_figure(loop, drawn, most=1), "phase", set=words)
     return Drawn((captioned,), {"phase.csv": _motions_csv(loop, drawn)})
 
 
@@ -133,10 +264,7 @@ def captioned_motion_figures(loop: PlantLoop, shown: Sequence[PlantMotion]) -> D
         else "No set is proved: starts at a share of the ranges, one state at a time."
     )
     captioned = captioned_figure(
-        responses_figure(loop, shown),
-        "responses",
-        caption=f"The nonlinear plant under its law. {where} States as deviations from rest.",
-        alternative="States, inputs and the quadratic function over time, from each start",
+        responses_figure(loop, shown), "responses", "motions", starts=where
     )
     return Drawn((captioned,), {"responses.csv": _motions_csv(loop, shown)})
 

@@ -6,6 +6,7 @@ Behind it the claims as the checker states them, and the proved set in pictures.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +17,20 @@ from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_fil
 from takagi.reports.figures.plant.proved_set import MOST_STATES, pairs, set_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.kinds_in_words import KINDS_IN_WORDS
-from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.plant_claims import SETTLED, half_widths, overshoots, settling_time
+from takagi.reports.loops.plant_local import regulator
 from takagi.reports.loops.plant_loop import embedded
-from takagi.reports.page.rounded_bounds import at_least, at_most
-from takagi.reports.page.text import DASH, ClaimRow, Section, Table, behind, decimal, per_unit
+from takagi.reports.page.text import (
+    DASH,
+    ClaimRow,
+    Section,
+    at_least,
+    at_most,
+    behind,
+    decimal,
+    per_unit,
+    table,
+)
 from takagi.reports.sections.plant.summary import (
     EMBEDDINGS,
     SETS,
@@ -169,12 +179,6 @@ def certificate_section(design: PlantDesign, loop: PlantLoop) -> Section:
     )
 
 
-COLUMNS = (
-    ("state", ""), ("unit", ""), ("safe start, others at rest", ""), ("never beyond", ""),
-    ("range in the file", ""), ("overshoot, at most times", ""), ("safe start under LQR", ""),
-)  # fmt: skip
-
-
 def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
     """Return the section; None where no set is proved to be invariant."""
     reach = half_widths(loop)
@@ -185,20 +189,11 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
     captioned_figures = []
     # Of two states the first screen has the picture.
     if len(pairs(loop)) > 1:
-        captioned_figures.append(
-            captioned_figure(
-                set_figure(loop),
-                "set",
-                caption="The proved set in the plane of every pair of states, as deviations from "
-                "rest in the units of the file. Filled: starts at which all other states are at "
-                "rest. Dashed: the projection of the whole set, which no motion from it leaves. "
-                "Dotted: the box, where it is near.",
-                alternative="Ellipses of the proved set for every pair of states, with the box",
-            )
-        )
+        captioned_figures.append(captioned_figure(set_figure(loop), "set"))
     rows = _rows(design, loop, reach, regulator_starts)
+    whole = table("set", rows)
     # A column without a figure is left out.
-    columns = [k for k in range(len(COLUMNS)) if any(row[k] != DASH for row in rows)]
+    shown = [k for k in range(len(whole.columns)) if any(row[k] != DASH for row in rows)]
     time = settling_time(loop)
     settled = ""
     if time is not None:
@@ -208,12 +203,12 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
         "set",
         "The safe set",
         {
-            "table": Table(
-                "Half-widths of the set, deviations from rest",
-                tuple(COLUMNS[k] for k in columns),
-                tuple(tuple(row[k] for k in columns) for row in rows),
+            "table": replace(
+                whole,
+                columns=tuple(whole.columns[k] for k in shown),
+                rows=tuple(tuple(row[k] for k in shown) for row in rows),
             ),
-            "overshoot": 5 in columns,
+            "overshoot": any(row[5] != DASH for row in rows),
             "none_beside": beside is not None and beside.sought and regulator_starts is None,
             "figures": captioned_figures,
             "left_out": max(len(loop.names) - MOST_STATES, 0) if captioned_figures else 0,

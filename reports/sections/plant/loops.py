@@ -10,13 +10,18 @@ import numpy as np
 from takagi.models.plant.plant import file_unit
 from takagi.reports.figures.loops import equilibrium_poles
 from takagi.reports.figures.plant.captioned import Drawn, captioned_bode_figures
-from takagi.reports.loops.linear_quadratic import Regulator, regulator
-from takagi.reports.loops.plant_local import LISTED, PlantLocalLoop, rest_loops
+from takagi.reports.loops.plant_local import (
+    LISTED,
+    PlantLocalLoop,
+    Regulator,
+    regulator,
+    rest_loops,
+)
 from takagi.reports.loops.plant_motion import PlantMotion, settling_time
+from takagi.reports.page.assembly import margin_table
 from takagi.reports.page.text import Section, behind, complex_words, name_of, significant
 from takagi.reports.sections.plant.summary import least_margins
-from takagi.reports.sections.shared import margin_table
-from takagi.reports.simulation.plant_scenario import cuts_by_command
+from takagi.reports.simulation.plant_words import cuts_by_command
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.reports.page.assembly import ReportFiles, report_files
-from takagi.reports.page.rounded_bounds import at_least
-from takagi.reports.page.text import CaptionedFigure, Section, Tile
+from takagi.reports.page.text import CaptionedFigure, Section, Tile, at_least
 from takagi.reports.sections.plant.summary import ALL_OF_RANGE, answer_sentence, summary_rows
 
 if TYPE_CHECKING:
@@ -52,16 +51,18 @@ def _sections(design: PlantDesign, say: Tell) -> tuple[list[Section], dict[str, 
         captioned_picture,
         captioned_weights_figure,
     )
-    from takagi.reports.loops.linear_quadratic import regulator, regulator_loop
-    from takagi.reports.loops.plant_local import local_loops
+    from takagi.reports.loops.plant_local import local_loops, regulator, regulator_loop
     from takagi.reports.loops.plant_loop import plant_loop
     from takagi.reports.loops.plant_motion import motions, starts
-    from takagi.reports.sections.plant.blend import blend_section
+    from takagi.reports.page.assembly import check_section, provenance_section
     from takagi.reports.sections.plant.claims import certificate_section, set_section
-    from takagi.reports.sections.plant.gains import gains_section
+    from takagi.reports.sections.plant.gains import (
+        blend_section,
+        derivation_section,
+        gains_section,
+        plant_section,
+    )
     from takagi.reports.sections.plant.loops import loops_section, motion_section
-    from takagi.reports.sections.plant.plant import derivation_section, plant_section
-    from takagi.reports.sections.shared import check_section, provenance_section
     from takagi.reports.simulation.plant import jump_motions
 
     loop = plant_loop(design)

@@ -16,7 +16,6 @@ import numpy as np
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.design.plant.plain_words import turning_effects
 from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_file_units
-from takagi.reports.loops.linear_quadratic import Regulator, regulator
 from takagi.reports.loops.plant_claims import (
     SETTLED,
     norm_settling_time,
@@ -25,7 +24,7 @@ from takagi.reports.loops.plant_claims import (
     settling_time,
     withstood,
 )
-from takagi.reports.loops.plant_local import PlantLocalLoop, rest_loops
+from takagi.reports.loops.plant_local import PlantLocalLoop, Regulator, regulator, rest_loops
 from takagi.reports.loops.plant_loop import (
     PlantLoop,
     largest_commands,
@@ -33,8 +32,15 @@ from takagi.reports.loops.plant_loop import (
     proved_claims,
     proved_kinds,
 )
-from takagi.reports.page.rounded_bounds import at_least, at_most
-from takagi.reports.page.text import behind, name_of, per_unit, significant, unit_of
+from takagi.reports.page.text import (
+    at_least,
+    at_most,
+    behind,
+    name_of,
+    per_unit,
+    significant,
+    unit_of,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

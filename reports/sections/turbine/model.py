@@ -5,17 +5,49 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from takagi.certificates.design.turbine.result import ClaimSummary
+from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.laws.published.regional_schedule import CouplingFilter, coupling_filter
+from takagi.models.ramps import effort_ramp, effort_ramp_slope
 from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
-from takagi.reports.figures.operation import power_surface_figure, trim_figure
-from takagi.reports.figures.style import captioned_figure
-from takagi.reports.page.text import CaptionedFigure, Section, Table, significant, with_decimals
-from takagi.reports.sections.shared import premise_table
+from takagi.reports.figures.operation import (
+    cells_figure,
+    membership_figure,
+    power_surface_figure,
+    trim_figure,
+)
+from takagi.reports.figures.style import (
+    COLOURS,
+    GREY,
+    captioned_figure,
+    decimate,
+    house_style,
+    new_figure,
+    region_axes,
+)
+from takagi.reports.loops.plant_claims import synthesis_words
+from takagi.reports.page.assembly import premise_table
+from takagi.reports.page.text import (
+    CaptionedFigure,
+    Section,
+    Table,
+    lower_bound,
+    significant,
+    table,
+    upper_bound,
+    with_decimals,
+)
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.lmi.turbine.regional import RegionGains
+    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
     from takagi.models.ts.model import TSModel
+    from takagi.reports.simulation.measured_loop import DesignRun
 
 RPM, DEGREES = 30 / np.pi, 180 / np.pi
 GRID = (90, 90)
@@ -42,15 +74,9 @@ def model_section(design: TurbineDesign) -> Section:
 
 
 def _figures(design: TurbineDesign) -> Table:
-    return Table(
-        "Figures of the turbine, as read from its file",
-        (("figure", ""), ("value", ""), ("unit", ""), ("source", "")),
-        tuple(
-            (key, f"{item.value:.10g}", item.unit, item.source)
-            for key, item in design.turbine.figures.items()
-        ),
-        folded="Every figure with its source",
-    )
+    figures = design.turbine.figures
+    rows = ((key, f"{f.value:.10g}", f.unit, f.source) for key, f in figures.items())
+    return table("figures", rows)
 
 
 def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedFigure:
@@ -65,22 +91,13 @@ def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedF
     return captioned_figure(
         power_surface_figure(turbine, points, ratio=ratio, pitch=pitch, band=band),
         "power-coefficient",
-        caption="Power coefficient of the table's spline, with the trim from cut-in to cut-out"
-        f"{' and the band in pitch on which the full-load model is exact' if band else ''}.",
-        alternative="Contours of the power coefficient over tip-speed ratio and pitch, with the "
-        "trim curve: it climbs in pitch as the tip-speed ratio falls with wind",
+        "surface",
+        band=" and the band in pitch on which the full-load model is exact" if band else "",
     )
 
 
 def _curves(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedFigure:
-    return captioned_figure(
-        trim_figure(design, points, region_starts(design)),
-        "trim",
-        caption="Trim over wind; dotted lines: where regions begin. Dots: the trim pitch "
-        "published with the reference turbine.",
-        alternative="Rotor speed, pitch, torque and electrical power over wind: speed and torque "
-        "rise to their rated values near rated wind, above it pitch rises to cut-out",
-    )
+    return captioned_figure(trim_figure(design, points, region_starts(design)), "trim")
 
 
 def region_starts(design: TurbineDesign) -> dict[str, float]:
@@ -172,3 +189,197 @@ def observer_section(design: TurbineDesign) -> Section:
     """Return the section about the wind observer."""
     premises = premise_table(design.observer.model, "Premises, estimation error", EVIDENCE)
     return Section("observer", "Wind observer", {"observer": design.observer, "premises": premises})
+
+
+# The gust's picture ends here [s].
+SHOWN = 60.0
+
+
+def gust_figure(run: DesignRun, bound: float | None, inside: NDArray[np.bool_] | None) -> Figure:
+    """Return wind and rotor speed over time [s], and the proved bound [rad/s] where it holds.
+
+    ``inside`` says where that is, (n,); None without proved wind limits.
+    """
+    time, rpm, law = run.time, 30 / np.pi, run.law.line
+    assert law is not None  # the gust is drawn
+    inside = np.ones(len(time), bool) if inside is None else inside
+    edges = np.flatnonzero(np.diff(inside.astype(int))) + 1
+    spans = np.split(np.arange(len(time)), edges)
+    with house_style():
+        figure, (wind, speed) = new_figure(2, 1, width=4.6, height=3.4, share_x=True)
+        wind.plot(*decimate(time, law.wind), color="#333333", label="wind")
+        wind.plot(*decimate(time, run.schedule), color=COLOURS[2], ls=":", label="schedule wind")
+        wind.set_ylabel("wind [m/s]")
+        speed.plot(*decimate(time, rpm * law.rotor_speed), color=COLOURS[0], label="this law")
+        if run.reference is not None and run.reference.line is not None:
+            reference_speed = rpm * run.reference.line.rotor_speed
+            label = "reference controller"
+            speed.plot(*decimate(time, reference_speed), color=COLOURS[1], ls="--", label=label)
+        label = "proved bound"
+        for span in spans:
+            ends = time[span[0]], time[span[-1]]
+            if not inside[span[0]]:
+                for axes in (wind, speed):
+                    axes.axvspan(*ends, color=GREY, alpha=0.18, linewidth=0.0)
+            elif bound is not None:
+                speed.plot(ends, [rpm * bound] * 2, color="black", lw=2.5, label=label)
+                label = "_nolegend_"
+        speed.set_ylabel("rotor speed [rpm]")
+        speed.set_xlabel("time [s]")
+        speed.set_xlim(0.0, min(SHOWN, float(time[-1])))
+        handles = [*wind.get_legend_handles_labels()[0], *speed.get_legend_handles_labels()[0]]
+        spaced = {"ncols": 3, "handlelength": 1.5, "columnspacing": 1.0}
+        figure.legend(handles=handles, loc="outside lower center", **spaced)
+    return figure
+
+
+def gains_figure(law: EffortSharingLaw, regions: dict[str, float]) -> Figure:
+    """Return gamma, nu, b with its limit, and the share of pitch over the schedule wind."""
+    table, wind = law.schedule, law.schedule.wind
+    fine = np.linspace(wind[0], wind[-1], 800)
+    share = effort_ramp_slope(np.interp(fine, wind, table.trim_effort), table.overlap)
+    with house_style():
+        figure, panels = new_figure(2, 2, height=4.8, share_x=True)
+        panels[0].plot(wind, law.gains.proportional, color=COLOURS[0])
+        panels[0].set_ylabel("proportional \u03b3 [1/s]")
+        panels[1].stairs(law.gains.integral_rate, wind, baseline=None, color=COLOURS[0], lw=1.5)
+        panels[1].set_ylabel("integral rate \u03bd [1/s]")
+        panels[2].plot(wind, table.effectiveness, color=COLOURS[0], label="assumed, b")
+        panels[2].plot(
+            wind, table.effectiveness_limit, color=COLOURS[1], ls="--", label="frozen wake"
+        )
+        panels[2].set_ylabel("pitch effectiveness\n[rad/s\u00b2 per rad]")
+        panels[2].legend(loc="upper left")
+        panels[3].plot(fine, share, color=COLOURS[0], label="pitch, F")
+        panels[3].plot(fine, 1 - share, color=COLOURS[1], ls="--", label="torque, 1 \u2212 F")
+        panels[3].set_ylabel("share at the trim [-]")
+        panels[3].legend(loc="center right")
+        for axes in panels:
+            axes.set_ylim(bottom=0.0)
+        region_axes(panels, wind, regions)
+    return figure
+
+
+def effort_figure(overlap: float) -> Figure:
+    """Return psi(U) and psi(-U) [rad/s^2], and the shares psi' and 1 - psi', over the effort."""
+    effort = np.linspace(-4 * overlap, 4 * overlap, 401)
+    share = effort_ramp_slope(effort, overlap)
+    with house_style():
+        figure, (ramp, shares) = new_figure(1, 2, height=3.2)
+        ramp.plot(effort, effort_ramp(effort, overlap), color=COLOURS[0], label="pitch, \u03c8(U)")
+        ramp.plot(
+            effort,
+            effort_ramp(-effort, overlap),
+            color=COLOURS[1],
+            ls="--",
+            label="torque reserve, \u03c8(\u2212U)",
+        )
+        ramp.set_ylabel("effort delivered [rad/s\u00b2]")
+        shares.plot(effort, share, color=COLOURS[0], label="pitch, F = \u03c8'(U)")
+        shares.plot(effort, 1 - share, color=COLOURS[1], ls="--", label="torque, 1 \u2212 F")
+        shares.set_ylabel("share of a change of effort [-]")
+        for axes in (ramp, shares):
+            axes.set_xlabel("demanded effort U [rad/s\u00b2]")
+            axes.axvspan(-overlap, overlap, color=GREY, alpha=0.12, lw=0)
+            axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.2))
+    return figure
+
+
+def cells_section(design: TurbineDesign, summary: ClaimSummary) -> Section:
+    """Return the section with the details of the claim about the set, cell by cell."""
+    content = {
+        "figure": captioned_figure(
+            cells_drawing(design, summary), "cells", hatched=summary.hatched
+        ),
+        "P": [[with_decimals(value, 4) for value in row] for row in summary.P],
+        "peaks": [(name.replace("_", " "), upper_bound(v, 4)) for name, v in summary.peaks.items()],
+        "table": _table(design, summary, over_rated(design, summary)),
+    }
+    return Section("certificate", "The proved set, cell by cell", content)
+
+
+def cells_drawing(design: TurbineDesign, summary: ClaimSummary) -> Figure:
+    """Return decay rate, wind limits and bound on the speed for each wind cell."""
+    return cells_figure(
+        summary.edges,
+        summary.proved,
+        decay_rate=summary.decay_rates,
+        wind_error=summary.wind_error,
+        wind_rate=summary.wind_rate,
+        overspeed=[max(value, 0.0) for value in over_rated(design, summary)],
+    )
+
+
+def over_rated(design: TurbineDesign, summary: ClaimSummary) -> list[float]:
+    """Return per cell the faster end of the reference plus the bound on the speed error."""
+    rated, peak = design.turbine.rated_rotor_speed, summary.peaks["speed_error"]
+    reference = design.document["gains"]["rotor_speed"]
+    return [(max(a, b) + peak) / rated - 1 for a, b in zip(reference, reference[1:], strict=False)]
+
+
+def _table(design: TurbineDesign, summary: ClaimSummary, over: list[float]) -> Table:
+    rows = []
+    for k, ((low, high), fine) in enumerate(zip(summary.winds, summary.proved, strict=True)):
+        rows.append(
+            (
+                f"{low:g} – {high:g}",
+                "yes" if fine else "no",
+                lower_bound(summary.decay_rates[k]),
+                lower_bound(summary.wind_error[k]),
+                lower_bound(summary.wind_rate[k]),
+                upper_bound(100 * over[k], 2),
+            )
+        )
+    return table("cells", rows)
+
+
+def blending_section(design: TurbineDesign) -> Section:
+    """Return the section about the blending of torque and pitch control."""
+    coupling = filter_of(design)
+    content = {
+        "coupling": coupling,
+        "memberships": captioned_figure(
+            memberships_drawing(design, coupling), "memberships", "filter"
+        ),
+    }
+    return Section("blending", "Blending of torque and pitch", content)
+
+
+def filter_of(design: TurbineDesign) -> CouplingFilter:
+    """Return the filter of a published law; for another law the filter of its settings."""
+    if isinstance(design.law, PublishedLaw):
+        return design.law.coupling
+    settings = design.settings
+    return coupling_filter(
+        design.turbine,
+        speed_overlap=settings.speed_overlap,
+        torque_overlap=settings.torque_overlap,
+        speed_setpoint=settings.speed_setpoint,
+    )
+
+
+def memberships_drawing(design: TurbineDesign, coupling: CouplingFilter) -> Figure:
+    """Return the memberships of the filter's four corners, with the trim."""
+    return membership_figure(coupling, design.turbine, trim_curve(design, step=0.25))
+
+
+def gains_section(design: TurbineDesign) -> Section:
+    """Return the section about the law and its gains."""
+    law = design.effort_sharing_law
+    content: dict[str, Any] = {"law": design.law, "figure": None}
+    if law is not None:
+        content |= _effort_sharing(design, law)
+    else:
+        content["rules"] = [4, len(design.partial_load.rules), len(design.full_load.rules)]
+    return Section("law", "The law and its gains", content)
+
+
+def _effort_sharing(design: TurbineDesign, law: EffortSharingLaw) -> dict[str, Any]:
+    limited = design.effort.torque_limited if design.effort is not None else np.zeros(0)
+    winds = law.schedule.wind[limited.astype(bool)] if limited.size else limited
+    return {
+        "figure": captioned_figure(gains_figure(law, region_starts(design)), "gains"),
+        "effort": captioned_figure(effort_figure(float(law.schedule.overlap)), "effort-ramp"),
+        "synthesis": synthesis_words(design),
+        "limited": "" if not winds.size else f"{winds.min():g} to {winds.max():g} m/s",
+    }

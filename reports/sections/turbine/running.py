@@ -1,13 +1,15 @@
-"""Margins of the loop as it runs: with observer, filters, sampling, wake, flap, tower, torsion."""
+"""The loop as it runs: its margins with all that the plant has, and its responses in winds."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from takagi.models.arrays import Floats
+from takagi.models.laws.protocol import law_words
+from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.reports.figures.loops import (
     PANELS,
     MarginLine,
@@ -15,14 +17,22 @@ from takagi.reports.figures.loops import (
     bode_line,
     running_margins_figure,
 )
+from takagi.reports.figures.response import response_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.margins.margins import Margins, loop_margins
 from takagi.reports.margins.response import BrokenLoops, broken_loops
 from takagi.reports.margins.running_loop import RunningLoops
-from takagi.reports.margins.running_over_wind import RunningMargins
-from takagi.reports.margins.running_search import SearchedMargins, wind_ranges
+from takagi.reports.margins.running_over_wind import RunningMargins, SearchedMargins, wind_ranges
 from takagi.reports.margins.thresholds import modes_met
-from takagi.reports.page.text import CaptionedFigure, Section, Table, significant, with_decimals
+from takagi.reports.page.text import (
+    CaptionedFigure,
+    Section,
+    Table,
+    powers,
+    significant,
+    table,
+    with_decimals,
+)
 from takagi.reports.sections.turbine.summary import (
     USUAL_GAIN,
     USUAL_PHASE,
@@ -31,7 +41,7 @@ from takagi.reports.sections.turbine.summary import (
     slowest_mode,
     summary_rows,
 )
-from takagi.reports.simulation.measured_loop import measured_loop
+from takagi.reports.simulation.measured_loop import TURBULENT_DURATION, DesignRun, measured_loop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,19 +60,7 @@ def running_section(design: TurbineDesign) -> Section:
     winds = np.array(sorted({row.wind for row in rows}))
     figures = [drawn for loop in LOOPS if (drawn := _bode(design, loop, searched)) is not None]
     if len(winds):
-        figures.insert(
-            0,
-            captioned_figure(
-                margins_drawing(searched),
-                "running-margins",
-                caption="Margins of the loop that runs, over wind. Line: the machine as its file "
-                "says, every 0.2 m/s; the band reaches to the least of all plants (inertia 0.9 and "
-                "1.1, wake in equilibrium, as it is, and frozen). Both: torque and pitch at once, "
-                "disk alone. A line ends where there is no such loop.",
-                alternative="Gain, phase, delay and disk margins of the torque and the pitch loop "
-                "over wind",
-            ),
-        )
+        figures.insert(0, captioned_figure(margins_drawing(searched), "running-margins"))
     return Section(
         "running",
         "Margins of the loop that runs",
@@ -133,12 +131,7 @@ def _bode(design: TurbineDesign, loop: str, searched: SearchedMargins) -> Captio
     marks = {f"tower {tower / 2 / np.pi:.2f} Hz": tower, "3P": 3 * speed}
     command = "torque command" if loop == "torque" else "pitch reference"
     return captioned_figure(
-        bode_figure(FREQUENCY, lines, marks=marks),
-        f"bode-{loop}",
-        caption=f"The loop that runs, broken at the {command}, the machine as its file says. "
-        "Filled dot: crossover with phase margin (PM); open dot: phase crossover with gain margin "
-        "(GM). 3P at full-load speed.",
-        alternative=f"Bode plot of the loop at the {command} for several winds",
+        bode_figure(FREQUENCY, lines, marks=marks), f"bode-{loop}", "turbine-bode", command=command
     )
 
 
@@ -192,24 +185,7 @@ def _table(searched: SearchedMargins) -> Table:
     for wind in sorted((*searched.whole, *searched.least)):
         plants = [row for row in searched.rows if row.wind == wind]
         cells += [_cells(plants[0], loop, plants) for loop in LOOPS if _acts(plants[0], loop)]
-    return Table(
-        "Margins of the loop that runs; in brackets the least of all plants",
-        (
-            ("wind", "m/s"),
-            ("loop", ""),
-            ("crossover", "rad/s"),
-            ("gain may grow", "dB"),
-            ("and fall", "dB"),
-            ("phase", "°"),
-            ("delay", "s"),
-            ("disk α", "-"),
-            ("both: α", "-"),
-        ),
-        tuple(cells),
-        folded=f"All {len(cells)} loops as a table",
-        note="At integer winds, and where a margin is locally least. Crossover: the highest "
-        "frequency with |L| = 1. Delay beyond what is in the loop, exact in whole samples.",
-    )
+    return table("running", cells)
 
 
 def _acts(row: RunningMargins, loop: str) -> bool:
@@ -243,3 +219,91 @@ def _fall(margins: Margins) -> float:
 def _with_least(values: Sequence[float], digits: int) -> str:
     """Return the first of some values, and the least of them in brackets."""
     return f"{with_decimals(values[0], digits)} ({with_decimals(min(values), digits)})"
+
+
+# Metric -> its words and unit, and whether a law's value is clearly worse than the reference's.
+WORSE: dict[str, tuple[str, str, Callable[[float, float], bool]]] = {
+    "overspeed": ("Overspeed", "%", lambda law, reference: law > max(reference, 0.0) + 1.0),
+    "tower_del": ("Tower load", "MN m", lambda law, reference: law > 1.05 * reference),
+    "pitch_travel": ("Pitch travel", "°", lambda law, reference: law > 1.05 * reference + 1.0),
+    "energy": ("Energy", "kWh", lambda law, reference: law < 0.995 * reference),
+}
+
+
+def responses_section(design: TurbineDesign) -> Section:
+    """Return the section with the simulated responses."""
+    plant, measured = validation_plant(design.turbine), measured_loop(design)
+    return Section(
+        "responses",
+        "Responses",
+        {
+            "figures": [_figure(design, name, run) for name, run in measured.drawn.items()],
+            "table": _metrics_table(measured.runs),
+            "worse": [words for name in WORSE if (words := _worse(measured.runs, name))],
+            "torque_rate": with_decimals(plant.torque_rate_limit / 1e3, 0),
+            "pitch_rate": with_decimals(float(np.degrees(plant.pitch_rate_limit)), 0),
+            "turbulent": f"{TURBULENT_DURATION:g}",
+            "reference": design.turbine.baseline is not None,
+        },
+    )
+
+
+def _worse(runs: Sequence[DesignRun], metric: str) -> str:
+    """Return where a metric is clearly worse than the reference controller's; "" for nowhere."""
+    name, unit, is_worse = WORSE[metric]
+    worse = []
+    for run in runs:
+        if run.reference is not None:
+            law, reference = (
+                getattr(result.metrics, metric) for result in (run.law, run.reference)
+            )
+            if is_worse(law, reference):
+                worse.append(f"{powers(run.words)} ({law:.4g} against {reference:.4g} {unit})")
+    return f"{name}: {', '.join(worse)}." if worse else ""
+
+
+def response_drawing(design: TurbineDesign, run: DesignRun) -> Figure:
+    """Return the run over time, beside the reference controller's where there is one."""
+    turbine = design.turbine
+    lines = [result.line for result in (run.law, run.reference) if result and result.line]
+    speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
+    rated = {"rotor_speed": speed, "torque": turbine.rated_torque}
+    return response_figure(run.time, lines, rated=rated)
+
+
+def response_words(run: DesignRun) -> str:
+    """Return the caption of a run: the wind, and the overspeed of each law."""
+    sentence = f"Overspeed {with_decimals(run.law.metrics.overspeed, 1)} %"
+    if run.reference:
+        reference = with_decimals(run.reference.metrics.overspeed, 1)
+        sentence += f", reference controller {reference} %"
+    return f"{powers(run.words).capitalize()}. {sentence}. Dotted: rated."
+
+
+def _figure(design: TurbineDesign, name: str, run: DesignRun) -> CaptionedFigure:
+    return captioned_figure(
+        response_drawing(design, run),
+        f"response-{name}",
+        "response",
+        words=response_words(run),
+        wind=powers(run.words),
+    )
+
+
+def _metrics_table(runs: Sequence[DesignRun]) -> Table:
+    rows = []
+    for run in runs:
+        for result in filter(None, (run.law, run.reference)):
+            of_design = result is run.law
+            rows.append(
+                (
+                    run.words,
+                    law_words(result.label),
+                    with_decimals(result.metrics.energy, 1),
+                    with_decimals(result.metrics.overspeed, 1),
+                    with_decimals(result.metrics.pitch_travel, 1),
+                    with_decimals(result.metrics.tower_del, 1),
+                    with_decimals(100 * run.share_inside if of_design else float("nan"), 0),
+                )
+            )
+    return table("runs", rows)

@@ -25,7 +25,7 @@ from takagi.models.blending.blending import RunTimeBlending, blending_of
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import PlantFile
 from takagi.models.plant_simulation.runs import COMPLETE, ExperimentRun, run
-from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.reports.gains_file.envelope import plant_gain_file
 from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
 from takagi.reports.loops.plant_motion import Outside, experiment_of
 from tests.certificates.kinds.claims import resealed, verdicts

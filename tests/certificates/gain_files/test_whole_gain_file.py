@@ -30,8 +30,7 @@ from takagi.cli.main import main
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine.loader import nrel5mw
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.turbine import gain_file
+from takagi.reports.gains_file.envelope import dump_gains, gain_file
 
 Capture = pytest.CaptureFixture[str]
 Change = Callable[[dict[str, Any]], object]

@@ -15,8 +15,7 @@ from takagi.certificates.design.plant.design import certify_filed, design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import dumps
 from takagi.models.files.library import resolve_model
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.reports.gains_file.envelope import dump_gains, plant_gain_file
 from tests.certificates.kinds.tracking_documents import plant_of
 
 HEAD = 'format = 1\nkind = "plant"\n'

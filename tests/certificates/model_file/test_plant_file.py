@@ -24,7 +24,7 @@ from takagi.cli.main import main
 from takagi.models import sector_model
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import PlantFile, load_plant
-from takagi.reports.baseline.changes import changes
+from takagi.reports.baseline.comparison import changes
 from tests.certificates.model_file.rewrites import Rewrite, replaced, reversed_sections
 from tests.plant_files import designed_in
 

@@ -11,8 +11,7 @@ from typing import Any
 
 import pytest
 
-from takagi.reports.code.c.source import c_source
-from takagi.reports.code.c.target import export
+from takagi.reports.code.c.source import c_source, export
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.targets import ExportSettings, Precision
 

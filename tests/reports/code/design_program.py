@@ -12,8 +12,7 @@ from takagi.certificates.checker.controller.content import file_content
 from takagi.certificates.checker.kernel.reader import Number, canonical
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import controller_program
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.turbine import gain_file
+from takagi.reports.gains_file.envelope import dump_gains, gain_file
 from tests.certificates.recorded.answers import recorded
 
 

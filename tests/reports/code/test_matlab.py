@@ -23,8 +23,7 @@ from takagi.reports.code.matlab.target import export, words_of
 from takagi.reports.code.program_reading import controller_program, read_controller
 from takagi.reports.code.run import ProgramRun
 from takagi.reports.code.targets import ExportSettings, certified
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.turbine import gain_file
+from takagi.reports.gains_file.envelope import dump_gains, gain_file
 from tests.reports.code.language_document import every_function
 from tests.reports.test_gain_file_alone import PLANTS, plant_file, plant_law, states_of
 from tests.undrawn import undrawn

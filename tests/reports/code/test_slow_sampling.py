@@ -24,7 +24,7 @@ from takagi.models import ModelError, TSModel, nrel5mw, sector_model
 from takagi.models.plant.plant import Plant
 from takagi.models.simulation import turbine_plant
 from takagi.models.simulation.turbine_plant import validation_plant
-from takagi.reports.code import sampling, targets
+from takagi.reports.code import targets
 from takagi.reports.code.baseline import baseline_program
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import read_controller
@@ -47,37 +47,37 @@ def program() -> ControllerProgram:
 
 def test_the_longest_is_by_what_the_program_has(program: ControllerProgram) -> None:
     """2 pi / (6 x 9.3) = 0.1126 s; without the filter half of the observer's 1 / l_1."""
-    found = sampling.longest_sample(program)
+    found = targets.longest_sample(program)
     assert found is not None and found.time == Decimal("0.11")
     assert found.reason == "the band-stop at 9.3 rad/s needs 6 samples a period"
 
-    unfiltered = sampling.longest_sample(recorded_program(without=["speed filter"]))
+    unfiltered = targets.longest_sample(recorded_program(without=["speed filter"]))
     gain = float(program.document["observer"]["l1"])
     assert unfiltered is not None and "observer" in unfiltered.reason
     assert 0.9 * 0.5 / gain < float(unfiltered.time) <= 0.5 / gain
 
-    assert sampling.longest_sample(recorded_program(without=["speed filter", "observer"])) is None
+    assert targets.longest_sample(recorded_program(without=["speed filter", "observer"])) is None
 
 
 def test_the_longest_of_the_baseline_is_by_its_low_pass() -> None:
     """1 / (2 x 1.570796) = 0.318 s: its Euler step is unstable from 2 / c on."""
-    found = sampling.longest_sample(baseline_program(nrel5mw()))
+    found = targets.longest_sample(baseline_program(nrel5mw()))
 
     assert found is not None and found.time == Decimal("0.31")
     assert (
         found.reason == "its low-pass at 1.5708 rad/s takes steps of at most half its time constant"
     )
     with pytest.raises(ModelError, match=r"0\.4 s was given; at most 0\.31 s is needed"):
-        sampling.start_sample_time(baseline_program(nrel5mw()), 0.4)
+        targets.start_sample_time(baseline_program(nrel5mw()), 0.4)
 
 
 def test_a_time_to_start_with(program: ControllerProgram) -> None:
-    assert sampling.start_sample_time(program, None) == Decimal("0.01")
-    assert sampling.start_sample_time(program, 0.11) == Decimal("0.11")
+    assert targets.start_sample_time(program, None) == Decimal("0.01")
+    assert targets.start_sample_time(program, 0.11) == Decimal("0.11")
     with pytest.raises(
         ModelError, match=r"0\.112 s was given; at most 0\.11 s is needed, since the"
     ):
-        sampling.start_sample_time(program, 0.112)
+        targets.start_sample_time(program, 0.112)
 
 
 @pytest.mark.parametrize("target", [one.word for one in targets.TARGETS if one.word != "csv"])
@@ -262,7 +262,7 @@ def test_a_damaged_longest_is_refused(stated: Any, tanks: tuple[Path, PlantDesig
     program = replace(read_controller(tanks[0] / "gains.json"), document=content)
     content["sampling"] = stated
     with pytest.raises(ModelError, match=r"sampling\.longest"):
-        sampling.longest_sample(program)
+        targets.longest_sample(program)
 
 
 def test_a_file_from_before_is_compared_as_it_was(tanks: tuple[Path, PlantDesign]) -> None:

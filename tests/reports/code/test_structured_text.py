@@ -19,8 +19,7 @@ from takagi.reports.code.program_reading import controller_program, read_control
 from takagi.reports.code.run import ProgramRun
 from takagi.reports.code.structured_text.block import export, function_block
 from takagi.reports.code.targets import ExportSettings
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.turbine import gain_file
+from takagi.reports.gains_file.envelope import dump_gains, gain_file
 from tests.reports.code.language_document import every_function
 from tests.reports.code.structured_text import FunctionBlock
 from tests.reports.test_gain_file_alone import PLANTS, plant_file, plant_law, states_of
@@ -192,14 +191,7 @@ def test_keywords_as_names(tmp_path: Path) -> None:
     assert "X_" in block.values
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "truck_trailer",
-        "cart_pole",
-        "every function",
-    ],
-)
+@pytest.mark.parametrize("name", ["truck_trailer", "cart_pole", "every function"])
 @pytest.mark.slow
 def test_an_independent_parser_reads_it(name: str, tmp_path: Path, reduced: bool) -> None:
     """With blark, which takes minutes for the tables of a turbine: these have every statement.
