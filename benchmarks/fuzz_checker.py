@@ -119,7 +119,7 @@ def seeds(*, small: bool) -> list[Case]:
     cases = []
     for place in sorted(RECORDED.glob("*.jsonl")):
         answers = map(json.loads, place.read_text(encoding="utf-8").splitlines())
-        proved = [text for answer, text in answers if answer[0] == ["PROVED"]]
+        proved = [text for answer, text, *_ in answers if answer[0] == ["PROVED"]]
         if proved and not (small and len(min(proved, key=len)) > SMALL):
             cases.append(_case(place.stem, read_text(min(proved, key=len), "seed"), {}))
     recorded = (RECORDED / "model_files.json").read_text(encoding="utf-8")

@@ -294,4 +294,6 @@ def test_the_report_is_about_the_law_with_outputs() -> None:
     assert rows["input"].proved and rows["settles"].claim == "loop with the observer"
     assert "The law has tm exactly, without noise" in page
     assert "Gains L of the observer" in page and "whose projection onto the states" in page
-    assert "The law knows the whole state exactly" not in page and "LQR" not in page
+    assert "The law knows the whole state exactly" not in page
+    # Beside gains with an observer no regulator of all states is shown.
+    assert not any(row.regulator for row in rows.values())
