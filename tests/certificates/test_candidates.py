@@ -12,16 +12,22 @@ import pytest
 
 from takagi.certificates import Verdict
 from takagi.certificates.claims.certification import certify
-from takagi.certificates.design.plant.candidates import BESIDE, laws_beside_regulator
+from takagi.certificates.design.plant.candidates import (
+    BESIDE,
+    contest_of,
+    ends_of_axes,
+    laws_beside_regulator,
+)
 from takagi.certificates.design.plant.design import certify_plant, design_plant
 from takagi.certificates.design.plant.gains import find_gains, rounded_gains, weights_at_rest
+from takagi.certificates.design.plant.observed_candidates import best_pair
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.work import plant_work
 from takagi.certificates.requests import InputLimits
 from takagi.certificates.requests.tracking import jump_shares
 from takagi.models import Plant, load_model
 from takagi.models.arrays import Floats
-from takagi.models.laws.pdc import OutputFeedback
+from takagi.models.laws.pdc import OutputFeedback, PdcLaw
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import load_plant
 from takagi.models.plant_simulation.settling import ManyMotions
@@ -173,3 +179,30 @@ def test_an_observer_is_no_worse_than_a_kalman_filter_with_the_regulator() -> No
     assert margins[0] >= 0.99 * margins[1]
     # An observer by LMIs alone, which the design was before, has a third of it.
     assert margins[0] > 0.6
+
+    claim = design.document["claims"][-1]
+    P = np.array(claim["P"], dtype=np.float64) / float(claim["level"])
+    known = np.diag([1.0, 0.0, 0.0, 0.0])
+    starts_in = np.vstack([known, np.eye(4) - known])
+    ends, reach = ends_of_axes(starts_in.T @ P @ starts_in)
+    motions = ManyMotions.of(model, np.array([20.0]))
+    assert motions is not None
+    regulator_law = OutputFeedback(
+        PdcLaw(model, np.broadcast_to(K, design.gains.shape), np.zeros(4), np.zeros(1)),
+        L[None],
+        law.rows,
+        at_estimate=True,
+    )
+    both = np.concatenate([ends, known @ ends])
+    times = [motions.settling_times(each, both, reach, 12.0).max() for each in (law, regulator_law)]
+    assert times[0] <= 1.25 * times[1]
+
+
+@pytest.mark.numeric
+def test_where_the_regulator_has_no_set_with_any_filter_there_is_no_choice() -> None:
+    plant = load_plant("flexible_link")
+    work = plant_work(plant, PlantSettings(), (), None)
+    first = find_gains(plant, work.model, work.settings)
+    contest = contest_of(plant, work.model, work.settings, first)
+    assert contest is not None
+    assert best_pair(contest, [], [], (0,), at_estimate=True) is None

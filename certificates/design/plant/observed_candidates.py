@@ -4,7 +4,7 @@ Where nothing is asked, gains by LMIs and LQR's at rest are each paired with Kal
 plant at rest for
 
     states pushed over half their ranges in one time constant of LQR,
-    outputs off by 100, 30 or 10 % of theirs,
+    outputs off by 100, 30 or 10 % of their sizes,
 
 and the former also with observers by LMIs.  Of a pair a user sees the set of starts that is proved
 at the rate of the design, the time in which the plant with the observer settles from the ends of
@@ -111,29 +111,34 @@ def kalman_gains(contest: Contest, C: Floats) -> Iterator[tuple[str, Floats]]:
 
 
 def best_pair(
-    contest: Contest, pairs: Sequence[ObserverPair], rows: tuple[int, ...], *, at_estimate: bool
+    contest: Contest,
+    pairs: Sequence[ObserverPair],
+    regulators: Sequence[ObserverPair],
+    rows: tuple[int, ...],
+    *,
+    at_estimate: bool,
 ) -> ObserverPair | None:
     """Return the pair to be proved; None where LQR has no set with any of its filters.
 
     Parameters
     ----------
-    pairs : all, in the order of their observers' speed; those of the last gains, LQR's at rest with
-        a Kalman filter, are what the others are judged beside.
+    pairs : of other gains and observers.
+    regulators : LQR at rest with its Kalman filters, the slowest first; also candidates.
     rows, at_estimate : of the observers, as in ``OutputFeedback``.
     """
     judge = _Judge(contest, rows, at_estimate)
-    filters = [p for p in pairs if p.gains is pairs[-1].gains and p.observer is None]
-    times = [judge.time(pair, pair) for pair in filters]
-    if not filters or not np.isfinite(min(times)):
+    times = [judge.time(pair, pair) for pair in regulators]
+    if not np.isfinite(min(times, default=np.inf)):
         return None
-    largest = max(pair.size for pair in filters)
+    largest = max(pair.size for pair in regulators)
     beside = next(
         pair
-        for pair, time in zip(filters, times, strict=True)
+        for pair, time in zip(regulators, times, strict=True)
         if (pair.size >= NEARLY_BEST * largest and time <= SLOWER * min(times))
         or time == min(times)
     )
-    large = [pair for pair in pairs if pair.size >= (1 - EQUAL) * beside.size]
+    candidates = (*pairs, *regulators)
+    large = [pair for pair in candidates if pair.size >= (1 - EQUAL) * beside.size]
     large.sort(key=judge.margin, reverse=True)
     for _, equal in groupby(large, key=judge.margin):
         fast = {

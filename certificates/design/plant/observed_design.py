@@ -221,15 +221,17 @@ def _beside_regulator(
     C = np.tensordot(weights_at_rest(model), model.C[:, list(rows)], axes=1)
     P = np.asarray(first.design.P)
     words, K = regulator_gains(contest)[-1]  # at rest
-    gains = [first, used_gains(K, P, words)]
     set_rate = SHARE_OF_RATE * float(first.design.decay_rate)
-    filtered = [
-        pair
-        for law in gains
-        for words, L in kalman_gains(contest, C)
-        if isinstance(pair := _pair(work, law, L, set_rate, words), ObserverPair)
-    ]
-    return best_pair(contest, [*pairs, *filtered], rows, at_estimate=work.question.at_estimate)
+    by_lmis, regulators = (
+        [
+            pair
+            for note, L in kalman_gains(contest, C)
+            if isinstance(pair := _pair(work, gains, L, set_rate, note), ObserverPair)
+        ]
+        for gains in (first, used_gains(K, P, words))
+    )
+    at_estimate = work.question.at_estimate
+    return best_pair(contest, [*pairs, *by_lmis], regulators, rows, at_estimate=at_estimate)
 
 
 def _pair(

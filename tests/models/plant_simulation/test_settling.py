@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -9,6 +11,23 @@ from scipy.integrate import solve_ivp
 from takagi.models import Plant, load_model, sector_model
 from takagi.models.laws.pdc import OutputFeedback, PdcLaw
 from takagi.models.plant_simulation.settling import SETTLED, ManyMotions
+from tests.plant_files import filed_plant
+
+PENDULUM = """
+format = 1
+kind = "plant"
+name = "Pendulum"
+units = "unchecked"
+measured = ["theta"]
+[states]
+theta = { range = [-1, 1] }
+omega = { range = [-4, 4] }
+[inputs]
+u = { }
+[equations]
+theta = "omega"
+omega = "19.62*sin(theta) + u"
+"""
 
 
 def motions_of(name: str, limits: list[float] | None = None) -> ManyMotions:
@@ -80,6 +99,33 @@ def test_a_loop_with_an_observer_agrees_with_motions_one_by_one() -> None:
     run = solve_ivp(rate, (0, 12), both, rtol=1e-9, atol=1e-12, max_step=0.003)
     off = np.flatnonzero(np.any(np.abs(run.y[:n]) > SETTLED * reach[:, None], axis=0))
     assert times == pytest.approx([run.t[off[-1]]] * 2, abs=0.02)
+
+
+def test_weights_of_what_is_measured_are_not_those_at_the_estimate(tmp_path: Path) -> None:
+    """A pendulum whose angle is measured: theta'' = 9.81/0.5 sin(theta) + u, by scipy's RK45."""
+    plant = filed_plant(tmp_path, PENDULUM)
+    model = sector_model(plant)
+    motions = ManyMotions.of(model, None)
+    assert motions is not None
+    K, L = np.array([[[60.0, 6.0]], [[25.0, 9.0]]]), np.array([[[6.0], [30.0]], [[9.0], [45.0]]])
+    law = OutputFeedback(PdcLaw(model, K, np.zeros(2), np.zeros(1)), L, (0,), at_estimate=False)
+    both, reach = np.array([0.9, 0.0, 0.0, 1.0]), np.array([1.0, 4.0])
+    (time,) = motions.settling_times(law, both[:, None], reach, 12.0)
+
+    (premise,) = model.premises
+    low, high = float(premise.lower), float(premise.upper)
+
+    def rate(_: float, z: np.ndarray) -> list[float]:
+        share = float(np.sinc(z[0] / np.pi))
+        h, pull = (share - low) / (high - low), 19.62 * share
+        mixed_K, mixed_L = (((1 - h) * M[0] + h * M[1]).ravel() for M in (K, L))
+        u, off = -float(mixed_K @ z[2:]), z[0] - z[2]
+        estimated = [z[3] + mixed_L[0] * off, pull * z[2] + u + mixed_L[1] * off]
+        return [z[1], pull * z[0] + u, *estimated]
+
+    run = solve_ivp(rate, (0, 12), both, rtol=1e-9, atol=1e-12, max_step=0.003)
+    off = np.flatnonzero(np.any(np.abs(run.y[:2]) > SETTLED * reach[:, None], axis=0))
+    assert time == pytest.approx(run.t[off[-1]], abs=0.02)
 
 
 def test_a_motion_that_does_not_settle_takes_for_ever() -> None:
