@@ -198,10 +198,10 @@ def test_a_wrong_file_is_refused_with_place_reason_and_cure(
     text, words = REFUSED[wrong]
 
     assert designed(text, tmp_path) == 2
-    said = capsys.readouterr().err
-    assert said.startswith("Error: ") and "Traceback" not in said and "Warning" not in said
+    message = capsys.readouterr().err
+    assert message.startswith("Error: ") and "Traceback" not in message and "Warning" not in message
     for part in words:
-        assert part in said, said
+        assert part in message, message
     assert not (tmp_path / "out").exists()
 
 
@@ -213,10 +213,10 @@ def test_a_wish_that_cannot_be_had_says_first_what_to_change(
     text, words = NONE[wish]
 
     assert designed(text, tmp_path) == 1
-    said = capsys.readouterr().err
-    first = next(line for line in said.splitlines() if line.startswith("Not proved"))
+    message = capsys.readouterr().err
+    first = next(line for line in message.splitlines() if line.startswith("Not proved"))
     for part in words:
-        assert part in first, said
+        assert part in first, message
     assert "multipliers" not in first
     assert not (tmp_path / "out").exists()
 
@@ -229,8 +229,10 @@ def test_a_disturbance_beyond_what_is_withstood_is_told_beside_the_file_s(
     text = plant(X, U, 'x = "x + u + w"', "[disturbances]\nw = { range = [-3, 3] }")
 
     assert designed(text, tmp_path) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    proved = re.search(r"w up to ([0-9.]+): ([0-9]+) % of the stated 3 <- less than stated", said)
+    message = " ".join(capsys.readouterr().out.split())
+    proved = re.search(
+        r"w up to ([0-9.]+): ([0-9]+) % of the stated 3 <- less than stated", message
+    )
     assert proved is not None and 1.2 <= float(proved[1]) < 2
     assert int(proved[2]) == pytest.approx(float(proved[1]) / 0.03, abs=1)
 
@@ -334,14 +336,14 @@ def test_a_large_box_leaves_little_of_it_and_the_summary_says_so(
         text = text.replace(small, large)
     (files / "large.toml").write_text(text, encoding="utf-8")
 
-    told = {}
+    printed = {}
     for name in ("magnet", "large"):
         assert main(["design", f"{name}.toml", "--out", f"build/{name}", "--json"]) == 0
-        told[name] = json.loads(capsys.readouterr().out)["starts_alone"]["delta_z [m]"]
+        printed[name] = json.loads(capsys.readouterr().out)["starts_alone"]["delta_z [m]"]
     assert main(["design", "large.toml", "--out", "build/again"]) == 0
 
     assert "little of the ranges" in " ".join(capsys.readouterr().out.split())
-    assert told["large"] < 3e-5 < 3e-4 < told["magnet"] < 2e-3
+    assert printed["large"] < 3e-5 < 3e-4 < printed["magnet"] < 2e-3
 
 
 # One exothermic reaction; its rate is that at 350 K.
@@ -389,9 +391,9 @@ def test_a_reactor_that_does_not_rest_exactly_is_told_how_to_write_it(
     (files / "reactor.toml").write_text(plain, encoding="utf-8")
 
     assert main(["design", "reactor.toml", "--out", "build"]) == 2
-    told = capsys.readouterr().err
-    assert "mol/m^3 per second, not 0" in told
-    assert "k*exp(b/T0 - b/T)" in told
+    printed = capsys.readouterr().err
+    assert "mol/m^3 per second, not 0" in printed
+    assert "k*exp(b/T0 - b/T)" in printed
 
 
 def test_the_page_s_error_is_what_is_said(files: Path, capsys: Capture) -> None:
@@ -445,8 +447,8 @@ def test_old_gains_are_proved_about_a_rest_that_a_parameter_moves(
 
     given = ["certify", str(plant), "--gains", str(gains), "--out", str(out)]
     assert main([*given, "--gains-out", str(new_gains)]) == 0
-    said = capsys.readouterr().out
-    assert way in said and "the rest has moved" in said
+    message = capsys.readouterr().out
+    assert way in message and "the rest has moved" in message
     assert main(["check", str(out), *asked, "--gains", str(new_gains), "--cross"]) == 0
     laws = [json.loads(one.read_text("utf-8"))["law"] for one in (gains, new_gains)]
     assert laws[0]["K"] == laws[1]["K"] and laws[0]["trim"] != laws[1]["trim"]

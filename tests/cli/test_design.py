@@ -410,6 +410,6 @@ def test_a_folder_that_is_no_whole_design_is_one_sentence(
     capsys.readouterr()
 
     assert main(["report", str(place), "--out", str(tmp_path / "new")]) == 2
-    said = capsys.readouterr().err
-    assert words in said and said.count("\n") == 1 and "internal error" not in said
+    message = capsys.readouterr().err
+    assert words in message and message.count("\n") == 1 and "internal error" not in message
     assert not (tmp_path / "new").exists()

@@ -188,7 +188,7 @@ def test_misuse_is_one_message_and_writes_nothing(
     assert main([*shlex.split(command), "--out", "out"]) == 2
 
     captured = capsys.readouterr()
-    said = " ".join(captured.err.split())
-    assert captured.out == "" and "Error: " in said and "Traceback" not in said
-    assert all(word in said for word in words.split(" & ")), said
+    message = " ".join(captured.err.split())
+    assert captured.out == "" and "Error: " in message and "Traceback" not in message
+    assert all(word in message for word in words.split(" & ")), message
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(PLANTS)
