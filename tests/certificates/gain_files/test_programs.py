@@ -176,7 +176,7 @@ def require(*kinds: str, K: Any = (1, 2), **entry: Any) -> None:
         {},
         {"within": 0.01, "formula": "g - g*x^2/6 + g*x^4/120"},
         {"formula": "choose(x, g, g)"},
-        {"of": "2*x", "within": 0.2},
+        {"of": "2*x", "within": 0.02},
     ],
 )
 def test_a_replacement_of_the_premise_passes(entry: dict[str, Any]) -> None:
@@ -238,6 +238,60 @@ def test_another_value_is_refused(formula: str) -> None:
 def test_a_millionth_of_the_range_is_allowed(formula: str) -> None:
     """The premise is from 0.42 to 0.5: 8e-8."""
     require(formula=formula)
+
+
+SEVERAL = [  # premise, its replacement, forgeries of that, and what is 0 where it is 0/0
+    (
+        "y*sin(x)/x",
+        "y - y*x^2/6",
+        ["y - y*x^2/5 + x*(y^2 - 1)*y/9", "y - y^3*x^2/6 + y^2 - y^4"],
+        "x",
+    ),
+    ("cos(y)*(1 - cos(x))/x^2", "cos(y)/2 - cos(y)*x^2/24", ["1/2 - y^2/4 + y^4/48 - x^2/24"], "x"),
+    ("y^2*sin(x + y)/(x + y)", "y^2 - y^2*(x + y)^2/6", ["y^2 - y^2*(x + y)/60"], "x + y"),
+    (
+        "sqrt(2 - y*abs(x)/x)",
+        "choose(x, sqrt(2 + y), sqrt(2 - y))",
+        [
+            "choose(x, sqrt(2 - y), sqrt(2 + y))",
+            "sqrt(2 + y)",
+            "choose(y, sqrt(2 + y), sqrt(2 - y))",
+        ],
+        "x",
+    ),
+    (
+        "abs(x)*exp(y)/x + y",
+        "choose(x, y - exp(y), exp(y) + y)",
+        ["choose(x, y - exp(y), exp(y) + y*(1 + x)^9)"],
+        "x",
+    ),
+]
+
+
+@pytest.mark.parametrize(("premise", "formula", "forged", "of"), SEVERAL)
+def test_a_replacement_of_several_variables_is_compared_everywhere(
+    premise: str, formula: str, forged: list[str], of: str
+) -> None:
+    """Some forgeries agree at the ends of both ranges, in their middles, or at x = 0."""
+    states = [{**SQUARE["states"][0], "name": name} for name in ("x", "y")]
+    premises = [{**PREMISES[0], "expression": premise, "lower": -2, "upper": 2}]
+    embedding = {"premises": premises, "A": [["z", "0"], ["0", "z"]], "B": [["1"], ["1"]]}
+    plant = {"states": states, "equations": ["u", "u"], "embedding": embedding}
+
+    def compare(written: str) -> None:
+        near = {"z": [{"of": of, "within": 0.01, "formula": written}]}
+        read = read_text(
+            json.dumps(
+                {"m": SQUARE | plant, "g": {"premises": premises}, "c": {"removable": near}}
+            ),
+            "",
+        )
+        require_premises(read["m"], read["g"], read["c"])
+
+    compare(formula)
+    for other in forged:
+        with pytest.raises((OtherGains, CertificateError), match=r"controller.removable.z.formula"):
+            compare(other)
 
 
 @pytest.mark.parametrize(("formula", "right"), [("1 - x^2/6", True), ("1.01 - x^2/6", False)])
