@@ -166,27 +166,31 @@ def _prove_close(
     near = {**plant.box, name: enclose(*side)}
     ranges = Ranges(evaluator, algebra, near, signs=plant.form == "sector")
     form: Form | None = ranges.form(difference, "the difference")
-    if form is not None and form.poles:
-        form = form.continued(name) if set(form.poles) == {name} else None
+    if form is not None and name in form.poles:
+        form = form.continued(name)
     if form is None:
         raise Refused(f"the difference has no limit at {name} = 0 that this checker can show")
-    taylor, within, power = form.top, max(-side[0], side[1]), Fraction(1)
+    within, power = max(-side[0], side[1]), Fraction(1)
     for order in range(TERMS):
-        remainder = evaluator.value(taylor, ranges.box)
+        remainder = form.value(ranges.box)
         if remainder is not None and power * remainder.magnitude() <= tolerance * ONE:
             return
         try:
-            slope = derivative(graph, taylor, name)
+            slope = derivative(graph, form.top, name)
         except Refused:
             break
-        term = substituted(graph, taylor, {name: graph.constant(0)})
-        if not algebra.vanishes(term):
-            size = evaluator.value(term, ranges.box)
+        at_zero = substituted(graph, form.top, {name: graph.constant(0)})
+        if not algebra.vanishes(at_zero):
+            term = Form(evaluator, algebra, at_zero, form.poles)
+            size = term.value(ranges.box)
             share = None if size is None else power * size.magnitude() / ONE
             if share is None or share > tolerance:
                 share = tolerance / 2
-                ranges.prove_within(term, -share / power, share / power, f"term {order} at 0")
+                bound = share / power
+                ranges.prove_within(term.direct, -bound, bound, f"term {order} at 0")
             tolerance -= share
-        taylor = graph.multiply(graph.constant(Fraction(1, order + 1)), slope)
+        slope = graph.multiply(graph.constant(Fraction(1, order + 1)), slope)
+        form = Form(evaluator, algebra, slope, form.poles)
         power *= within or 1
-    ranges.prove_within(taylor, -tolerance / power, tolerance / power, "the difference")
+    bound = tolerance / power
+    ranges.prove_within(form.direct, -bound, bound, "the difference")

@@ -176,7 +176,7 @@ def require(*kinds: str, K: Any = (1, 2), **entry: Any) -> None:
         {},
         {"within": 0.01, "formula": "g - g*x^2/6 + g*x^4/120"},
         {"formula": "choose(x, g, g)"},
-        {"of": "2*x", "within": 0.02},
+        {"of": "-2*x", "within": 0.02},
     ],
 )
 def test_a_replacement_of_the_premise_passes(entry: dict[str, Any]) -> None:
@@ -227,11 +227,28 @@ def test_a_replacement_far_from_0_is_refused(within: float) -> None:
         "0", "g + 9e-8", "g - 9e-8", "g + x/10", "g - x/10", "g - g*x^2/6 + x^2*1000",
         # The premise at both ends of the interval, and at 0.
         "g - g*x^2/6 + 1e6*x^2*(x^2 - 1e-8)*1e6", "g - g*x^2/6 + 1e3*(1e-8 - x^2)",
+        # Two terms that are each small enough; one that is three times too large; one wrong side.
+        "g - g*x^2/6 + 5e-8 + 3.5e-4*x", "g - g*x^2/6 + 24*x^2", "choose(x, g/2, g)",
+        "choose(x, g, g/2)",
     ],
 )  # fmt: skip
 def test_another_value_is_refused(formula: str) -> None:
-    with pytest.raises(OtherGains, match="z.formula: it is not the premise near x = 0"):
-        require(formula=formula)
+    for of in ("x", "-x"):
+        with pytest.raises(OtherGains, match=rf"z.formula: it is not the premise near {of} = 0"):
+            require(formula=formula.replace("choose(x", f"choose({of}"), of=of)
+
+
+def test_the_distance_is_that_of_the_variable() -> None:
+    """g x^4/120 is 2.6e-8 at x = 0.05, and 4.2e-7 at 0.1."""
+    require(of="x", within=0.05)
+    with pytest.raises(OtherGains, match="not the premise near"):
+        require(of="x/2", within=0.05)
+
+
+@pytest.mark.parametrize("of", ["x - 1/2", "x^2", "1/2"])
+def test_a_place_where_no_variable_and_no_sum_is_0_is_refused(of: str) -> None:
+    with pytest.raises(OtherGains, match="a sum of multiples of variables is needed"):
+        require(of=of, within=0.01)
 
 
 @pytest.mark.parametrize("formula", ["g + 7e-8", "g - 7e-8"])
@@ -248,6 +265,12 @@ SEVERAL = [  # premise, its replacement, forgeries of that, and what is 0 where 
         "x",
     ),
     ("cos(y)*(1 - cos(x))/x^2", "cos(y)/2 - cos(y)*x^2/24", ["1/2 - y^2/4 + y^4/48 - x^2/24"], "x"),
+    (
+        "sin(x)*sin(y)/(x*y)",
+        "(1 - x^2/6)*sin(y)/y",
+        ["(1 - x^2/5)*sin(y)/y", "(1 - x^2/6)*sin(y)/y + 6e-6"],
+        "x",
+    ),
     ("y^2*sin(x + y)/(x + y)", "y^2 - y^2*(x + y)^2/6", ["y^2 - y^2*(x + y)/60"], "x + y"),
     (
         "sqrt(2 - y*abs(x)/x)",
@@ -273,7 +296,8 @@ def test_a_replacement_of_several_variables_is_compared_everywhere(
     premise: str, formula: str, forged: list[str], of: str
 ) -> None:
     """Some forgeries agree at the ends of both ranges, in their middles, or at x = 0."""
-    states = [{**SQUARE["states"][0], "name": name} for name in ("x", "y")]
+    state = {**SQUARE["states"][0], "range": [-0.5, 0.5]}
+    states = [{**state, "name": name} for name in ("x", "y")]
     premises = [{**PREMISES[0], "expression": premise, "lower": -2, "upper": 2}]
     embedding = {"premises": premises, "A": [["z", "0"], ["0", "z"]], "B": [["1"], ["1"]]}
     plant = {"states": states, "equations": ["u", "u"], "embedding": embedding}
