@@ -239,10 +239,10 @@ def test_another_value_is_refused(formula: str) -> None:
 
 
 def test_the_distance_is_that_of_the_variable() -> None:
-    """g x^4/120 is 2.6e-8 at x = 0.05, and 4.2e-7 at 0.1."""
-    require(of="x", within=0.05)
+    """g x^4/120 is 1e-8 at x = 0.04, and 1.7e-7 at 0.08: 8e-8 are allowed."""
+    require(of="x", within=0.04)
     with pytest.raises(OtherGains, match="not the premise near"):
-        require(of="x/2", within=0.05)
+        require(of="x/2", within=0.04)
 
 
 @pytest.mark.parametrize("of", ["x - 1/2", "x^2", "1/2"])
