@@ -264,11 +264,11 @@ SEVERAL = [  # premise, its replacement, forgeries of that, and what is 0 where 
         ["y - y*x^2/5 + x*(y^2 - 1)*y/9", "y - y^3*x^2/6 + y^2 - y^4"],
         "x",
     ),
-    ("cos(y)*(1 - cos(x))/x^2", "cos(y)/2 - cos(y)*x^2/24", ["1/2 - y^2/4 + y^4/48 - x^2/24"], "x"),
+    ("cos(y)*(1 - cos(x))/x^2", "cos(y)/2 - cos(y)*x^2/24", ["1/2 - y^2/4 - x^2/24"], "x"),
     (
         "sin(x)*sin(y)/(x*y)",
         "(1 - x^2/6)*sin(y)/y",
-        ["(1 - x^2/5)*sin(y)/y", "(1 - x^2/6)*sin(y)/y + 6e-6"],
+        ["(1 - x^2/5)*sin(y)/y", "(1 - x^2/6)*sin(y)/y + 5e-6"],
         "x",
     ),
     ("y^2*sin(x + y)/(x + y)", "y^2 - y^2*(x + y)^2/6", ["y^2 - y^2*(x + y)/60"], "x + y"),
@@ -296,7 +296,7 @@ def test_a_replacement_of_several_variables_is_compared_everywhere(
     premise: str, formula: str, forged: list[str], of: str
 ) -> None:
     """Some forgeries agree at the ends of both ranges, in their middles, or at x = 0."""
-    state = {**SQUARE["states"][0], "range": [-0.5, 0.5]}
+    state = {**SQUARE["states"][0], "range": [-0.3, 0.3]}
     states = [{**state, "name": name} for name in ("x", "y")]
     premises = [{**PREMISES[0], "expression": premise, "lower": -2, "upper": 2}]
     embedding = {"premises": premises, "A": [["z", "0"], ["0", "z"]], "B": [["1"], ["1"]]}
