@@ -79,13 +79,11 @@ def certified(law: EffortSharingLaw, P: Floats | None = None) -> Built:
 
 @pytest.fixture
 def whole(built: Built) -> dict[str, Any]:
-    """Return a copy of the whole certificate."""
     return deepcopy(built.document)
 
 
 @pytest.fixture(scope="session")
 def short_document(built: Built) -> dict[str, Any]:
-    """Return the certificate of six cells around rated wind: the same numbers, fewer winds."""
     return resealed(cells_from(built.document, SHORT_FROM))
 
 
@@ -103,5 +101,4 @@ def cells_from(document: dict[str, Any], wind: float, count: int = SHORT_CELLS) 
 
 @pytest.fixture
 def short(short_document: dict[str, Any]) -> dict[str, Any]:
-    """Return a copy of the short certificate, to be damaged."""
     return deepcopy(short_document)

@@ -47,7 +47,6 @@ def plant_of(name: str) -> Plant:
 
 
 def set_of(document: Mapping[str, Any]) -> Floats:
-    """Return P of the claimed set {x' P x <= 1}."""
     claim = next(c for c in document["claims"] if c["kind"] == "input-limits")
     return np.array(claim["P"], dtype=np.float64) / float(claim["level"])
 

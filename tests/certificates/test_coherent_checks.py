@@ -28,13 +28,11 @@ from tests.certificates.kinds.claims import as_read
 
 
 def subject(document: dict[str, Any]) -> Subject:
-    """Return what the checker reads."""
     read = as_read(document)
     return Subject.read(read["claims"][0], read["model"], read["gains"], "claim")
 
 
 def loop(document: dict[str, Any], k: int, rate: str | None = None, **changes: Any) -> Loop:
-    """Return what the checker makes of one cell, with parts of the law or the box changed."""
     known = subject(document)
     stated = document["claims"][0]["cells"][k]["wind_rate"] if rate is None else rate
     law = replace(
@@ -47,7 +45,6 @@ def loop(document: dict[str, Any], k: int, rate: str | None = None, **changes: A
 
 
 def decided(cell: dict[str, Any], P: Any, error: float, rate: float, alpha: float) -> str:
-    """Return what the corners of one stated cell say about a wind class, with decay 0."""
     exact = {name: [Fraction(str(v)) for v in cell[name]] for name in RANGES}
     sizes = {name: Fraction(str(cell[name])) for name in BOUNDS}
     names = ("wind_error", "wind_rate", "multiplier", "decay_rate")

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import random
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import CertificateError, Verdict, check, check_document
+from takagi.certificates.checker import Verdict, check, check_document
 from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_UNCERTAINTY,
     effort_sharing_candidate,
@@ -24,10 +22,6 @@ from tests.certificates.kinds.claims import resealed
 Document = dict[str, Any]
 
 
-def verdict(document: Document) -> Verdict:
-    return check_document(document).verdict
-
-
 def test_the_whole_certificate_is_proved(built: Any, tmp_path: Path) -> None:
     """The emitted file proves for every wind from cut-in to cut-out, read back from disk."""
     path = tmp_path / "certificate.json"
@@ -38,11 +32,6 @@ def test_the_whole_certificate_is_proved(built: Any, tmp_path: Path) -> None:
     assert checked.verdict is Verdict.PROVED, checked.claims[0].text
     assert "winds 3 to 25 m/s" in checked.claims[0].text
     assert len(checked.messages) == 2, "embedded copies alone were checked: it has to say so"
-
-
-def test_the_short_certificate_is_proved(short: Document) -> None:
-    """Six cells of the same numbers are a certificate of their own."""
-    assert verdict(short) is Verdict.PROVED
 
 
 def test_the_name_is_the_checkers_own(short: Document) -> None:
@@ -89,44 +78,3 @@ def test_one_per_cent_of_power_is_proved_and_two_are_not(built: Any) -> None:
         if expected is Verdict.PROVED:
             assert "c_P 0.99 to 1.01 of the table's" in claim.text
             assert cross_checked_document(sealed).agrees
-
-
-def leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield the path of every number, text and truth value."""
-    if isinstance(value, (dict, list)):
-        for key in value if isinstance(value, dict) else range(len(value)):
-            yield from leaves(value[key], (*path, key))
-    else:
-        yield path
-
-
-def holder(document: Document, path: tuple[Any, ...]) -> Any:
-    found: Any = document
-    for key in path[:-1]:
-        found = found[key]
-    return found
-
-
-def changed(value: Any) -> Any:
-    if isinstance(value, bool):
-        return not value
-    if isinstance(value, str):
-        return value + "!"
-    return value + 1e-7 if value else 1e-12
-
-
-def test_any_change_with_the_old_hashes_is_refused(short: Document) -> None:
-    """No number, text or truth value of model, gains or claims is outside the hashes."""
-    parts = ("model", "gains", "claims")
-    paths = [path for path in leaves(short) if path[0] in parts]
-    coefficients = [path for path in paths if "coefficients" in path]
-    others = [path for path in paths if "coefficients" not in path]
-    rng = random.Random(1)
-    for path in rng.sample(others, 150) + rng.sample(coefficients, 20):
-        place = holder(short, path)
-        before = place[path[-1]]
-        place[path[-1]] = changed(before)
-        with pytest.raises(CertificateError, match="hash differs"):
-            check_document(short)
-        place[path[-1]] = before
-    assert verdict(short) is Verdict.PROVED

@@ -39,7 +39,6 @@ NODES = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_l
 
 
 def part_of(law: EffortSharingLaw, low: float, high: float) -> EffortSharingLaw:
-    """Return the law between two winds."""
     kept = (law.schedule.wind >= low) & (law.schedule.wind <= high)
     cells = kept[:-1] & kept[1:]
     columns = {name: getattr(law.schedule, name)[kept] for name in NODES}
@@ -72,7 +71,6 @@ def synthesised(
 
 
 def verdict(built: Built, found: EffortSharingGainDesign, **change: object) -> Verdict:
-    """Return what the independent checker says of the claim, or of one that is changed."""
     document = certificate_document(
         model=turbine_data(built.turbine, []),
         gains=effort_sharing_law_data(found.law),

@@ -48,7 +48,6 @@ def _is_number(value: Any) -> bool:
 
 
 def damage(document: Document, path: tuple[Any, ...], rng: random.Random) -> bool:
-    """Replace, remove or double the part at the path; return whether that changed anything."""
     place: Any = document
     for key in path[:-1]:
         place = place[key]
@@ -87,12 +86,6 @@ def survivors(short: Document, count: int, seed: int) -> list[str]:
         if verdict is Verdict.PROVED and not set(path) & FREE:
             found.append(str(path))
     return [path for path in found if not any(f"'{name}'" in path for name in WEAKER)]
-
-
-@pytest.mark.slow
-def test_random_damage_is_refused_or_undecided(short: Document) -> None:
-    """Of 100 damaged certificates none is PROVED, but for harmless words and weaker claims."""
-    assert survivors(short, 100, seed=2) == []
 
 
 @pytest.mark.slow

@@ -47,7 +47,6 @@ TURBINE_FILE = next(file for file in FILES if file.suffix == ".toml")
 
 @pytest.fixture(scope="module")
 def document() -> dict[str, Any]:
-    """The certificate of the effort-sharing loop at 80 % of rated torque, gains in two steps."""
     turbine = nrel5mw()
     lower = derated(turbine, SHARE * turbine.rated_torque)
     schedule = effort_schedule(lower)
@@ -172,7 +171,6 @@ def test_overlaps_of_the_coupling_filter_that_leave_no_law(
 def test_a_turbine_that_cannot_be_trimmed_is_told_the_wind(
     changes: dict[str, float], words: str
 ) -> None:
-    """Rated torque out of reach, too little pitch, winds beyond the table."""
     turbine = replace(TURBINE, **changes)  # type: ignore[arg-type]
 
     assert words in told(default_settings(turbine), turbine)

@@ -91,7 +91,6 @@ def by_products(name: str) -> Row:
 
 
 def by_norm(design: Any, request: Any, model: TSModel, name: str) -> Row:
-    """The bound of the design, and a thousandth."""
     found = design(model, relaxation=name)
     return Row(model, found.require()[0], request(MORE * found.answer.gain))
 

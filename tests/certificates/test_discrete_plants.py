@@ -30,23 +30,12 @@ def designed(path: Path) -> PlantDesign:
 
 
 def iterated(x: Any, u: float) -> Any:
-    """Return the map with the figures of the file's text."""
     file = tomllib.loads(FILE.read_text(encoding="utf-8"))
     a, b = (file["parameters"][name]["value"] for name in "ab")
     return np.array([1 - a * x[0] ** 2 + x[1] + u, b * x[0]])
 
 
 REST, HELD = np.array([0.6, 0.18]), -0.076
-
-
-def test_the_map_is_chaotic_without_its_input() -> None:
-    """Henon (1976): the fixed point is (sqrt(6.09) - 0.7)/2.8 = 0.6313..., and it repels."""
-    point = (np.sqrt(6.09) - 0.7) / 2.8
-    assert iterated([point, 0.3 * point], 0.0) == pytest.approx([point, 0.3 * point])
-    x = np.array([point + 1e-6, 0.3 * point])
-    for _ in range(200):
-        x = iterated(x, 0.0)
-    assert 1e-3 < abs(x[0] - point) < 2.0
 
 
 def test_starts_at_the_edge_of_the_proved_set_settle_in_another_simulation() -> None:

@@ -30,7 +30,6 @@ def test_line_breaks_do_not_enter_texts(text: str) -> None:
 
 
 def test_hashes_are_those_of_the_file(short: dict[str, Any]) -> None:
-    """The hashes in the provenance are what the strict reader computes from the written text."""
     read = read_text(dumps(short), "file")
 
     for part, found in short["provenance"]["sha256"].items():

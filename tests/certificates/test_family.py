@@ -16,7 +16,6 @@ from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.replay.loop_reading import read_model_loop
 
-Rows = list[list[Fraction]]
 ENTRY = st.integers(-9, 9).map(Fraction)
 SHARE = st.fractions(0, 1, max_denominator=9)
 

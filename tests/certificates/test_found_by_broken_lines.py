@@ -57,7 +57,6 @@ def graph_of(text: str) -> tuple[Graph, int]:
 
 
 def same(first: str, second: str) -> bool:
-    """Return whether the difference of two texts is shown to be zero."""
     graph, difference = graph_of(f"({first}) - ({second})")
     return Algebra(graph, {}).equal(difference, graph.constant(0))
 

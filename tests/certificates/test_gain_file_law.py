@@ -31,7 +31,6 @@ TURBINE = nrel5mw()
 
 
 def stored(law: dict[str, Any], folder: Path, **other: Any) -> Path:
-    """Return a gain file with this law and the members that its reader looks at."""
     path = folder / "gains.json"
     content = {"format": "takagi-gains", "version": 2, "law": law, **other}
     path.write_text(json.dumps(content), encoding="utf-8")
@@ -69,7 +68,6 @@ def default_law() -> EffortSharingLaw:
 def law_of(
     turbine: Turbine, *, speed_setpoint: float | None = None, **asked: Any
 ) -> EffortSharingLaw:
-    """Return an effort-sharing law with gains of no meaning that fill every digit."""
     schedule = effort_schedule(turbine, speed_setpoint=speed_setpoint, **asked)
     count = len(schedule.wind)
     gains = EffortGains(np.linspace(1 / 3, 2 / 3, count), np.linspace(1 / 7, 3 / 7, count - 1))

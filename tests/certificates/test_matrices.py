@@ -100,7 +100,6 @@ positive_semidefinite_integers = partial(positive_definite_integers, zero_passes
 
 @st.composite
 def symmetric(draw: st.DrawFn, largest: int = 5) -> Rows:
-    """Return a symmetric integer matrix, lifted so that both answers occur."""
     n = draw(st.integers(1, largest))
     lift = draw(st.integers(0, 25))
     M = [[0] * n for _ in range(n)]

@@ -51,7 +51,6 @@ omega = "(m*g*l*sin(theta) + tau) / (m*l^2)"
 
 @cache
 def link() -> PlantDesign:
-    """Return the design of the built-in plant whose link is not measured."""
     return done(load_plant(FILE))
 
 
@@ -172,19 +171,12 @@ def test_measured_premises_take_the_plants_own_weights(tmp_path: Path) -> None:
     assert all(run["settled_after"] is not None for run in runs)
 
 
-def test_a_rate_that_is_asked_for_is_proved(tmp_path: Path) -> None:
-    plant = pendulum(tmp_path)
-    found = done(plant, PlantSettings(decay_rate=1.5))
+def test_a_rate_and_a_limit_that_are_asked_for_are_proved(tmp_path: Path) -> None:
+    found = done(pendulum(tmp_path), PlantSettings(decay_rate=1.5, input_limit={"tau": 14.0}))
 
     assert found.proved
-    assert found.document["claims"][-1]["decay_rate"] == 1.5
-
-
-def test_input_limits_are_proved(tmp_path: Path) -> None:
-    found = done(pendulum(tmp_path), PlantSettings(input_limit={"tau": 14.0}))
-
-    assert found.proved
-    assert found.document["claims"][-1]["input_limits"] == [14.0]
+    claim = found.document["claims"][-1]
+    assert claim["decay_rate"] == 1.5 and claim["input_limits"] == [14.0]
 
 
 @pytest.mark.slow

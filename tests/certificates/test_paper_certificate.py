@@ -42,7 +42,6 @@ WINDOWS = ((6.0, 6.2), (13.0, 13.06), (20.0, 20.06))
 
 @cache
 def schedules() -> tuple[RegionalSchedule, RegionalSchedule]:
-    """Return gains of the size that the regional designs have, equal over the premise d."""
     return (
         regional_schedule(
             TURBINE,
@@ -69,12 +68,10 @@ def make_law(placement: float = 0.5) -> PublishedLaw:
 
 @cache
 def candidate() -> PublishedCandidate:
-    """Return what is found in three short windows of partial and full load."""
     return published_candidate(make_law(), winds=WINDOWS)
 
 
 def document(law: PublishedLaw, claim: dict[str, Any]) -> dict[str, Any]:
-    """Return a certificate of one claim."""
     return certificate_document(
         model=turbine_data(TURBINE, ()),
         gains=published_law_data(law),
@@ -85,13 +82,11 @@ def document(law: PublishedLaw, claim: dict[str, Any]) -> dict[str, Any]:
 
 @cache
 def proved() -> Claim:
-    """Return the checker's answer to the candidate."""
     found = candidate()
     return check_document(document(found.law, published_claim(found))).claims[0]
 
 
 def test_candidates_are_proved() -> None:
-    """Every window is proved, with its overlaps and winds in the claim's words."""
     claim = proved()
     assert claim.verdict is Verdict.PROVED, claim.text
     assert "winds 6 to 6.2, 13 to 13.06, 20 to 20.06 m/s" in claim.text

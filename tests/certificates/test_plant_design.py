@@ -73,7 +73,6 @@ def test_gains_in_file_law_and_design_are_the_same_numbers() -> None:
 
 
 def test_a_rate_that_is_asked_for_is_proved() -> None:
-    """V' <= -2 alpha V with alpha = 3: exactly 1 + x^2 - k <= -3, so k >= 5 at the fast vertex."""
     found = done(design_plant(cubic(), PlantSettings(decay_rate=3.0)))
     (claim,) = (c for c in found.document["claims"] if c["kind"] == "decay")
 
@@ -116,7 +115,6 @@ def test_initial_states_beyond_the_limit_are_an_honest_no() -> None:
 
 
 def test_poles_that_are_asked_for_are_claimed() -> None:
-    """A region of poles: the claim of kind region stands in the certificate, proved."""
     plant = Plant(
         equations=(V, -X - X**3 + U),
         states=(Variable(X, "-", Interval.of(-1, 1)), Variable(V)),
@@ -167,7 +165,6 @@ def test_wishes_name_the_one_range_that_is_missing() -> None:
 
 
 def test_starts_may_name_some_states_alone() -> None:
-    """x = 0.5 with v = 0 is inside the proved set, and no limit is broken there."""
     plant = Plant(
         equations=(V, X + U),
         states=(Variable(X, "-", Interval.of(-1, 1)), Variable(V, "-", Interval.of(-1, 1))),

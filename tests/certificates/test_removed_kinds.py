@@ -13,9 +13,7 @@ import pytest
 
 from takagi.certificates import CertificateError, check
 from takagi.certificates.checker import check_document
-from takagi.certificates.checker.replay import claim_kinds
 from takagi.certificates.checker.replay.containment import LAST_READER, NO_LONGER_READ
-from takagi.cli.main import main
 from tests.certificates.kinds.claims import model_data
 from tests.certificates.turbine.running_documents import sealed
 
@@ -27,7 +25,6 @@ SENTENCE = (
 
 
 def document(*kinds: str) -> dict[str, Any]:
-    """Return a file with a claim of each kind, about x' = -x."""
     claim = {"name": "by hand", "P": [[1]], "decay_rate": 0.5}
     return sealed({
         "format": "takagi-certificate",
@@ -53,21 +50,3 @@ def test_a_file_with_the_kind_is_refused(kind: str, tmp_path: Path) -> None:
             check(path)
         assert SENTENCE.format(kind) in str(refused.value)
         assert str(refused.value).startswith(f"claims[{len(kinds) - 1}].kind: ")
-
-
-@pytest.mark.parametrize("kind", REMOVED)
-def test_the_command_refuses_it(
-    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "certificate.json"
-    path.write_text(json.dumps(document(kind)), encoding="utf-8")
-    assert main(["check", str(path)]) == 2
-    printed = capsys.readouterr()
-    assert SENTENCE.format(kind) in " ".join(printed.err.split())
-    assert "PROVED" not in printed.out + printed.err
-    assert "Traceback" not in printed.out + printed.err
-
-
-@pytest.mark.parametrize("kind", REMOVED)
-def test_no_reader_is_left(kind: str) -> None:
-    assert kind not in claim_kinds.READ

@@ -30,7 +30,6 @@ KINDS_OR_WORDS = ("words", "kinds", "plant", "problem", "turbine")
 
 @pytest.fixture(scope="module")
 def decay(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the certificate of one claim ``decay`` about a model of matrices."""
     path = tmp_path_factory.mktemp("decay") / "decay.json"
     path.write_text(json.dumps(counted_page.decay()))
     return path
@@ -178,14 +177,6 @@ def test_the_verb_prints_a_table(decay: Path, capsys: pytest.CaptureFixture[str]
     assert answer["lines"] == sum(file["lines"] for file in answer["files"])
     assert f"{len(answer['files'])} files" in printed
     assert [file["file"] for file in answer["words"]]
-
-
-def test_the_verb_says_nothing_of_it_unasked(
-    decay: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["check", str(decay), "--json"]) == 0
-
-    assert "trusted" not in json.loads(capsys.readouterr().out)
 
 
 @pytest.mark.slow

@@ -72,7 +72,6 @@ class Rotor:
         return torque, square / radius * float(turbine.thrust(ratio, pitch))
 
     def rate(self, state: Floats, wind: float, torque: float, reference: float) -> Floats:
-        """Return the states' derivative."""
         turbine = self.turbine
         speed, pitch, wake, flap, flap_rate, _, tower_rate = (float(x) for x in state)
         met = wind - tower_rate
@@ -143,7 +142,6 @@ def start(rotor: Rotor, law: EffortSharingLaw, wind: float) -> Floats:
 
 
 def default_law(turbine: Turbine) -> EffortSharingLaw:
-    """Return the law of the two-step design, by the settings that suit the turbine."""
     asked = default_settings(turbine)
     schedule = effort_schedule(
         turbine, overlap=asked.overlap, effectiveness_share=asked.effectiveness_share

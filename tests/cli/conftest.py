@@ -20,7 +20,6 @@ Files = dict[str, bytes | str]
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Return every file below the folder, by its name in it."""
     files = (path for path in sorted(folder.rglob("*")) if path.is_file())
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 

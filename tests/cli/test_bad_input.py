@@ -40,8 +40,6 @@ def never(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def turbine_file(tmp_path: Path) -> Callable[[str, str], Path]:
-    """A copy of the built-in turbine in which a text is replaced."""
-
     def changed(old: str, new: str) -> Path:
         folder = tmp_path / "mine"
         shutil.copytree(data_folder(), folder, ignore=shutil.ignore_patterns("*.py", "__pycache__"))
@@ -55,7 +53,6 @@ def turbine_file(tmp_path: Path) -> Callable[[str, str], Path]:
 
 
 def line_of(path: Path, text: str) -> int:
-    """The number of the first line that holds a text."""
     lines = path.read_text(encoding="utf-8").splitlines()
     return next(number for number, line in enumerate(lines, start=1) if text in line)
 
@@ -250,8 +247,6 @@ def test_a_disk_that_fills_up_in_the_end_keeps_the_old_files(
 def test_an_interrupt_leaves_nothing(
     stable: None, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Status 130, one word, no folder."""
-
     def design_turbine(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 

@@ -408,7 +408,6 @@ def test_the_page_s_error_is_what_is_said(files: Path, capsys: Capture) -> None:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The design, beside its file."""
     found = tmp_path_factory.mktemp("fan")
     (found / "fan.toml").write_text(FAN, encoding="utf-8")
     with undrawn():

@@ -35,7 +35,6 @@ class Sections(HTMLParser):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One design, read by all tests; without errors, so that it has one rule and is quick."""
     place = tmp_path_factory.mktemp("room")
     text = ROOM.replace(", error = 0.1", "").replace(", error = 0.2", "")
     (place / "room.toml").write_text(text, encoding="utf-8")

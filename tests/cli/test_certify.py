@@ -40,21 +40,18 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture
 def gains(finished: TurbineDesign, tmp_path: Path) -> Path:
-    """A gain file with the finished design's law."""
     path = tmp_path / "gains.json"
     path.write_text(json.dumps({"law": finished.document["gains"]}))
     return path
 
 
 def changed(gains: Path, **entries: Any) -> Path:
-    """The gain file with entries of its law replaced."""
     law = {**json.loads(gains.read_text())["law"], **entries}
     gains.write_text(json.dumps({"law": law}))
     return gains
 
 
 def test_a_law_survives_its_file(finished: TurbineDesign, gains: Path) -> None:
-    """What is read back writes the same numbers: the certificate is about what was emitted."""
     law = effort_sharing_law_from_data(read_law(gains))
 
     assert effort_sharing_law_data(law) == finished.document["gains"]
@@ -64,7 +61,6 @@ def test_a_law_survives_its_file(finished: TurbineDesign, gains: Path) -> None:
 def test_given_gains_are_proved_as_they_stand(
     gains: Path, finished: TurbineDesign, tmp_path: Path, capsys: Capture, reduced: bool
 ) -> None:
-    """Design and certify find the same claim, and the checker accepts it for this gain file."""
     if reduced:
         pytest.skip("reduced: the whole gain file is proved again below")
     out = tmp_path / "certificate.json"
@@ -169,7 +165,6 @@ def test_designing_options_do_not_go_with_given_gains(
 def test_a_damaged_gain_file_is_misuse(
     gains: Path, tmp_path: Path, capsys: Capture, entries: dict[str, Any], told: str
 ) -> None:
-    """The message names the entry; nothing is written."""
     out = tmp_path / "certificate.json"
     asked_for = ["--gains", str(changed(gains, **entries)), "--out", str(out)]
 
@@ -178,7 +173,6 @@ def test_a_damaged_gain_file_is_misuse(
 
 
 def test_a_gain_file_that_is_none_is_misuse(tmp_path: Path, capsys: Capture) -> None:
-    """Not JSON, and not there."""
     wrong = tmp_path / "gains.json"
     wrong.write_text("gamma = 1")
     out = str(tmp_path / "c.json")
@@ -205,13 +199,11 @@ def test_a_gain_file_is_read_before_the_plant_s_model_is_made(
 def test_a_folder_in_the_place_of_the_certificate_is_misuse(
     tmp_path: Path, capsys: Capture
 ) -> None:
-    """Told before the long work."""
     assert main(["certify", "nrel5mw", "--out", str(tmp_path)]) == 2
     assert "this is a folder" in capsys.readouterr().err
 
 
 def cubic_gains(path: Path, gain: float) -> Path:
-    """Write u = -gain x for both rules of the cubic plant."""
     premise = {"name": "z1", "expression": "x^2", "lower": 0, "upper": 1, "unit": "-"}
     law = {
         "name": "pdc",
@@ -228,7 +220,6 @@ def cubic_gains(path: Path, gain: float) -> Path:
 
 
 def certified(cubic: Path, gain: float, out: str, *options: str) -> int:
-    """Certify the plant with one gain, beside the plant's file."""
     gains = cubic_gains(cubic.with_name("gains.json"), gain)
     place = str(cubic.with_name(out))
     return main(["certify", str(cubic), "--gains", str(gains), "--out", place, *options])
@@ -303,7 +294,6 @@ def test_the_baseline_is_read_before_the_work_and_never_overwritten(
 
 
 def test_compare_two_certificates(cubic: Path, tmp_path: Path, capsys: Capture) -> None:
-    """Status by what got worse; the same table as Markdown."""
     old, new = (str(cubic.with_name(name)) for name in ("old.json", "new.json"))
     certified(cubic, 4, "old.json")
     certified(cubic, 3, "new.json")
@@ -344,7 +334,6 @@ def test_a_turbine_is_compared_wind_by_wind(
 
 
 def sealed(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the certificate with the hashes of what it now says."""
     parts = {key: document[key] for key in ("model", "gains", "claims")}
     return certificate_document(**parts, provenance=document["provenance"])
 
@@ -592,7 +581,6 @@ def test_several_laws_are_renamed_one_by_one() -> None:
 def test_an_option_of_another_law_is_refused_by_either_name(
     name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The command itself translates the name: --overlap belongs to the effort-sharing law."""
     asked = ["design", "nrel5mw", "--law", name, "--overlap", "0.1", "--out", "never-written"]
 
     assert main(asked) == 2

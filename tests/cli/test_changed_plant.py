@@ -47,7 +47,6 @@ DRAG = PENDULUM.replace("torque)/mass", "torque - drag*rate*abs(rate))/mass")
 
 @pytest.fixture(scope="module")
 def gains(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Gains of the pendulum, as `takagi design` wrote them before the plant was changed."""
     folder = tmp_path_factory.mktemp("old")
     designed_in(folder, PENDULUM)
     return folder / "gains.json"

@@ -38,8 +38,6 @@ class Verdict(Enum):
 
 
 class Result(NamedTuple):
-    """What the checker returns; its claims carry the same verdict."""
-
     verdict: Verdict
     claims: list[Any]
     messages: list[str]
@@ -47,8 +45,6 @@ class Result(NamedTuple):
 
 
 class Claim(NamedTuple):
-    """A claim as the checker returns it."""
-
     name: str
     verdict: Verdict
     text: str
@@ -57,8 +53,6 @@ class Claim(NamedTuple):
 
 
 class CertificateError(ValueError):
-    """What the checker raises for a file that it refuses."""
-
     __module__ = "takagi.certificates.checker"
 
 
@@ -113,7 +107,6 @@ def test_gains_and_model_are_handed_to_the_checker(checker: Any) -> None:
 def test_a_built_in_name_stands_for_its_file(
     checker: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As the other verbs read MODEL; a file of that name is the user's own, an unknown name too."""
     checker.answer = answer(Verdict.PROVED)
     monkeypatch.chdir(tmp_path)
 
@@ -220,7 +213,6 @@ def test_a_refused_file_is_misuse_and_stands_in_the_reports(
 def test_the_reports_blame_the_file_that_is_refused(
     checker: Any, tmp_path: Path, error: Exception, case: str, status: int
 ) -> None:
-    """In all three: a certificate that is sound is not said to be none."""
     checker.answer, checker.CertificateError = error, refusal.CertificateError
     files = {option: tmp_path / option.strip("-") for option in _REPORTS}
     given = ["check", "c.json", "--gains", "g.json", "--model", "m.toml"]

@@ -234,7 +234,6 @@ def test_the_summary_says_how_the_gains_were_found(
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The design of a plant with a reference, drawn."""
     out = tmp_path_factory.mktemp("designed") / "out"
     assert main(["design", "lorenz", "--out", str(out)]) == 0
     return out
@@ -242,7 +241,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def never(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing may be designed."""
     from takagi.certificates.design.plant import design
 
     monkeypatch.setattr(design, "design_plant", None)
@@ -309,7 +307,6 @@ def test_missing_tex_is_named_with_its_cure(
 def test_a_design_is_replaced_with_force_only(
     undrawn: None, cubic: Path, tmp_path: Path, capsys: Capture
 ) -> None:
-    """Status 2 and one sentence; nothing is changed."""
     out = tmp_path / "out"
     assert main(["design", str(cubic), "--out", str(out)]) == 0
     before = (out / "design.json").read_bytes()
@@ -355,7 +352,6 @@ def test_an_interrupted_drawing_leaves_law_and_proof(
 
 @pytest.fixture
 def never_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing may be drawn."""
     monkeypatch.setattr("takagi.reports.design_folder.report_files", None)
 
 

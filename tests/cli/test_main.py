@@ -28,8 +28,6 @@ Capture = pytest.CaptureFixture[str]
 
 
 def failed_with(error: BaseException, capsys: Capture) -> tuple[int, str]:
-    """The status and the standard error of a verb that raises."""
-
     def work() -> int:
         raise error
 
@@ -38,7 +36,6 @@ def failed_with(error: BaseException, capsys: Capture) -> tuple[int, str]:
 
 
 def test_help_names_every_verb(capsys: Capture) -> None:
-    """The help is printed from the table, to standard output, with status 0."""
     assert main(["--help"]) == 0
 
     printed = capsys.readouterr().out
@@ -69,14 +66,12 @@ def test_every_verb_refuses_an_unknown_option(verb: Verb, capsys: Capture) -> No
 
 
 def test_a_mistyped_verb_is_answered_with_the_near_one(capsys: Capture) -> None:
-    """`chek` -> `check`."""
     assert main(["chek"]) == 2
 
     assert "did you mean 'check'?" in capsys.readouterr().err
 
 
 def test_a_mistyped_option_is_answered_with_the_near_one(capsys: Capture) -> None:
-    """`--halp` -> `--help`."""
     assert main(["--halp"]) == 2
 
     assert "did you mean '--help'?" in capsys.readouterr().err
@@ -126,7 +121,6 @@ def test_models_lists_names_that_design_takes(capsys: Capture) -> None:
 
 
 def test_an_error_of_takagi_s_own_is_printed_as_it_is(capsys: Capture) -> None:
-    """ModelError's text was written for the user."""
     assert failed_with(ModelError("vertex 3: not finite"), capsys) == (
         2,
         "Error: vertex 3: not finite\n",
@@ -167,7 +161,6 @@ def test_the_traceback_is_there_for_developers(
 
 
 def run_shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run a line of shell in which `takagi` is the command line under test."""
     script = f'takagi() {{ "{sys.executable}" -m takagi.cli "$@"; }}\n{command}'
     return subprocess.run(
         ["bash", "-c", script], cwd=folder, capture_output=True, text=True, check=False
@@ -220,7 +213,6 @@ class Terminal(io.StringIO):
 
 
 def test_quiet_when_not_a_terminal() -> None:
-    """A log file gets no bar, however long the work."""
     stream = io.StringIO()
 
     with progress("Design", stream=stream, patience=0.0) as tell:
@@ -230,7 +222,6 @@ def test_quiet_when_not_a_terminal() -> None:
 
 
 def test_quiet_when_the_work_is_short() -> None:
-    """What ends before the patience does shows nothing."""
     stream = Terminal()
 
     with progress("Design", stream=stream, patience=3600.0) as tell:

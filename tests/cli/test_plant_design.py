@@ -58,7 +58,6 @@ v = "-x - x^3 - v"
 
 @pytest.fixture
 def pendulum(tmp_path: Path) -> Path:
-    """A plant file of one's own."""
     path = tmp_path / "pendulum.toml"
     path.write_text(PENDULUM, encoding="utf-8")
     return path
@@ -76,7 +75,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def drawn() -> None:
-    """Let this test draw the report; the others do without, it is tested elsewhere."""
+    pass
 
 
 @pytest.fixture(autouse=True)
@@ -334,7 +333,6 @@ def test_a_polynomial_set_is_larger_than_the_ellipsoid(tmp_path: Path, capsys: C
 def test_a_polynomial_set_that_makes_no_sense(
     text: str, options: list[str], words: str, tmp_path: Path, capsys: Capture
 ) -> None:
-    """The plant, or the word, is refused before anything is designed."""
     file = tmp_path / "plant.toml"
     file.write_text(text, encoding="utf-8")
 

@@ -20,7 +20,6 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def designed(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The gain file of a design, without its drawings."""
     folder = tmp_path_factory.mktemp("designed")
     designed_in(folder, CUBIC, "cubic.toml")
     return (folder / "gains.json").read_text(encoding="utf-8")
@@ -28,14 +27,12 @@ def designed(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture
 def gains(designed: str, cubic: Path, tmp_path: Path) -> Path:
-    """The gain file beside its plant, to be changed."""
     path = tmp_path / "gains.json"
     path.write_text(designed, encoding="utf-8")
     return path
 
 
 def changed(gains: Path, **law: Any) -> Path:
-    """Write the gain file with members of its law replaced."""
     content = json.loads(gains.read_text(encoding="utf-8"))
     content["law"] |= law
     path = gains.with_name("changed.json")
@@ -86,7 +83,6 @@ def test_the_law_is_the_one_of_the_file(cubic: Path, gains: Path, tmp_path: Path
 def test_a_law_of_another_model_is_refused(
     cubic: Path, gains: Path, tmp_path: Path, capsys: Capture, law: Any, message: str
 ) -> None:
-    """With other premises, rules or trim the same gains are another law."""
     out = tmp_path / "c.json"
 
     assert certified(cubic, changed(gains, **law), out) == 2
@@ -97,7 +93,6 @@ def test_a_law_of_another_model_is_refused(
 
 
 def test_a_premise_with_another_bound_is_refused(cubic: Path, gains: Path, tmp_path: Path) -> None:
-    """One digit of one bound changes every membership."""
     law = json.loads(gains.read_text(encoding="utf-8"))["law"]
     law["premises"][0]["upper"] += 1e-6
 

@@ -38,7 +38,6 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def certificate(finished: TurbineDesign, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The default design's claim about six wind cells around rated wind, as a file."""
     path = tmp_path_factory.mktemp("campaign") / "certificate.json"
     alone = {**finished.document, "claims": finished.document["claims"][:1]}
     short = resealed(cells_from(alone, SHORT_FROM))
@@ -47,7 +46,6 @@ def certificate(finished: TurbineDesign, tmp_path_factory: pytest.TempPathFactor
 
 
 def asked(certificate: Path, *more: str) -> list[str]:
-    """A short campaign."""
     return ["simulate", "nrel5mw", "--certificate", str(certificate), "--runs", "60",
             "--duration", "0.25", "--workers", "1", *more]  # fmt: skip
 
@@ -124,7 +122,6 @@ def test_a_violated_bound_is_status_1(certificate: Path, tmp_path: Path, capsys:
 def test_what_makes_no_sense_is_refused(
     certificate: Path, more: list[str], words: str, capsys: Capture
 ) -> None:
-    """Status 2 and one line."""
     assert main(asked(certificate, *more)) == 2
     assert words in " ".join(capsys.readouterr().err.split())
 
@@ -146,7 +143,6 @@ QUICK = ("simulate", "nrel5mw", "--wind", "step", "--duration", "4", "--json")
 
 @cache
 def content(rated: float) -> dict[str, Any]:
-    """Return a gain file with a law for the turbine at this torque, and the observer's gains."""
     turbine = derated(nrel5mw(), rated) if rated < nrel5mw().rated_torque else nrel5mw()
     schedule = effort_schedule(turbine)
     count = len(schedule.wind)

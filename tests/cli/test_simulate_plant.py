@@ -64,7 +64,6 @@ def gains(cart: Path) -> Path:
 
 
 def simulated(cart: Path, gains: Path, capsys: Capture, *options: str) -> dict[str, Any]:
-    """The printed JSON of a simulation with status 0."""
     capsys.readouterr()
     assert main(["simulate", str(cart), "--gains", str(gains), "--json", *options]) == 0
     found: dict[str, Any] = json.loads(capsys.readouterr().out)

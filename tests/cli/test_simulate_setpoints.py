@@ -18,7 +18,6 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def gains(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The law of the NREL 5-MW turbine; it takes 1.05 rad/s and 90 % of torque to rated."""
     path = tmp_path_factory.mktemp("setpoints") / "gains.json"
     path.write_text(recorded_file(setpoints=True), encoding="utf-8")
     return path

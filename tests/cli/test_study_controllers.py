@@ -37,13 +37,11 @@ TWO = ("--law", "effort-sharing", "--law", "reference")
 
 
 def studied(out: Path, *options: str, model: str = "nrel5mw") -> int:
-    """Run the verb in one process."""
     return main(["study", "controllers", model, "--out", str(out), "--workers", "1", *options])
 
 
 @pytest.fixture(scope="module")
 def tiny(given_observer: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a study of two laws in one wind."""
     out = tmp_path_factory.mktemp("controllers")
     assert studied(out, *TWO, *TINY) == 0
     return out
@@ -93,7 +91,6 @@ def test_differences_are_paired_and_what_is_worse_is_said(tiny: Path) -> None:
 
 
 def test_the_same_command_goes_on(tiny: Path, capsys: Capture) -> None:
-    """Nothing is computed twice, and the bytes are the same."""
     before = contents(tiny)
     assert studied(tiny, *TWO, *TINY) == 0
     assert "2 of 2 results were computed before" in capsys.readouterr().out
@@ -103,7 +100,6 @@ def test_the_same_command_goes_on(tiny: Path, capsys: Capture) -> None:
 def test_without_the_package_a_sentence_says_what_to_install(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Before anything is computed."""
     monkeypatch.setattr("takagi.reports.study.rosco.PACKAGE", "no_such_package")
 
     assert studied(tmp_path / "out", *TWO, *TINY, "--rosco", "shipped") == 2
@@ -160,13 +156,11 @@ OVERLAP = ("--over", "speed-overlap=0,0.5", "--over", "wind=9,12", "--duration",
 
 
 def overlap_studied(out: Path, *options: str, model: str = "nrel5mw") -> int:
-    """Run the verb in one process."""
     return main(["study", "overlap", model, "--out", str(out), "--workers", "1", *options])
 
 
 @pytest.fixture(scope="module")
 def overlap_folder(given_observer: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a study of the hard switch and Schulte's default, two winds, one seed."""
     out = tmp_path_factory.mktemp("study")
     assert overlap_studied(out, *OVERLAP, "--seeds", "1") == 0
     return out

@@ -87,7 +87,6 @@ def fixture_plant_file(tmp_path: Path) -> Path:
 
 
 def certified(plant_file: Path, text: str, *options: str) -> tuple[int, list[dict[str, Any]]]:
-    """Return the exit status of `takagi certify`, and the claims of the certificate."""
     plant_file.write_text(text, encoding="utf-8")
     out = plant_file.with_name("certificate.json")
     status = main(["certify", str(plant_file), "--out", str(out), *options])
@@ -261,7 +260,6 @@ def test_given_gains_have_a_norm_too(plant_file: Path, tmp_path: Path, capsys: C
 
 
 def measured(*names: str, damping: float = 2.0, gravity: float = 2.0) -> str:
-    """Return the pendulum with these outputs measured, of other figures."""
     listed = ", ".join(f'"{name}"' for name in names)
     text = PENDULUM.replace('kind = "plant"', f'kind = "plant"\nmeasured = [{listed}]')
     return text.replace("value = 0.1", f"value = {damping}").replace("9.81", f"{gravity}")

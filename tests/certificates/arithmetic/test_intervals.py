@@ -142,7 +142,6 @@ SHARES = st.fractions(min_value=0, max_value=1, max_denominator=1000)
 
 @st.composite
 def points(draw: st.DrawFn) -> tuple[Interval, Fraction]:
-    """Return a bracket and a number inside it."""
     a, b = sorted((draw(RATIONALS), draw(RATIONALS)))
     return enclose(a, b), a + (b - a) * draw(SHARES)
 

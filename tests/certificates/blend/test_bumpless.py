@@ -33,7 +33,6 @@ def changed(change: Callable[[Data], None], kinds: tuple[str, ...] = ABOUT) -> D
 
 
 def claim_of(document: Data) -> Data:
-    """Return the claim about the hand-over."""
     return next(dict(c) for c in document["claims"] if c["kind"] == "bumpless")
 
 

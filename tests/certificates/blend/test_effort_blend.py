@@ -40,7 +40,6 @@ ABOUT = ("sector-embedding", BLEND)
 
 @cache
 def design() -> PlantDesign:
-    """The room under one gain for all rules."""
     with TemporaryDirectory() as folder:
         plant = plant_of(Path(folder))
     return certify_plant(plant, lambda model: np.array([GAIN] * len(model.A)), PlantSettings())

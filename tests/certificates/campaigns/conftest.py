@@ -19,7 +19,6 @@ if str(BENCHMARKS) not in sys.path:
 
 @pytest.fixture(scope="session")
 def document(turbine_design: TurbineDesign) -> dict[str, Any]:
-    """Return the default certificate of the turbine, as written."""
     damage: Any = import_module("damage")
     found: dict[str, Any] = damage.as_written(turbine_design.document)
     return found

@@ -24,7 +24,6 @@ Data = dict[str, Any]
 
 @pytest.fixture(scope="module")
 def documents() -> dict[str, Data]:
-    """Return certificates of general models, as written."""
     found = [*mutated.general_models(), *mutated.exclusions(), *mutated.problems()]
     return {name: damage.as_written(document) for name, document in found}
 

@@ -111,7 +111,6 @@ def test_pair_of_shorten_and_narendra(lam: str, expected: bool) -> None:
 
 @pytest.mark.parametrize(("a", "expected"), [("5.828427", True), ("5.828428", False)])
 def test_pair_of_dayawansa_and_martin(a: str, expected: bool) -> None:
-    """Dayawansa & Martin (1999): one P iff a < 3 + sqrt(8) = 5.8284271."""
     inverse = str(1 / Fraction(a))
     A, B = rows(("-1", "-1"), ("1", "-1")), rows(("-1", f"-{a}"), (inverse, "-1"))
 

@@ -51,8 +51,6 @@ def times(value: Any, factor: float) -> Any:
 
 
 def every(key: str, factor: float, claim: int = LOOP) -> Change:
-    """Return what multiplies one number of every cell."""
-
     def change(document: Data) -> None:
         for cell in document["claims"][claim]["cells"]:
             cell[key] = times(cell[key], factor)
@@ -61,8 +59,6 @@ def every(key: str, factor: float, claim: int = LOOP) -> Change:
 
 
 def entry(*place: Any, factor: float) -> Change:
-    """Return what multiplies one number of the certificate."""
-
     def change(document: Data) -> None:
         owner: Any = document
         for key in place[:-1]:
@@ -231,7 +227,6 @@ def test_a_mutant_that_says_less_is_weaker_by_judgement(document: Data, tmp_path
 def test_a_proved_mutant_that_is_false_is_called_so(
     document: Data, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A checker that proves everything is found out."""
     monkeypatch.setattr(campaign, "said_of", lambda *_: campaign.Verdict.PROVED)
     path = tmp_path / "certificate.json"
     path.write_text(damage.text_of(document), encoding="utf-8")

@@ -16,7 +16,6 @@ SHOWN = {"PROVED", "DISPROVED"}
 
 
 def documents() -> dict[str, Data]:
-    """Return certificates that are proved or disproved, some of each kind."""
     found = {}
     for kind in kinds():
         true = [text for answer, text in recorded(kind) if {facts[0] for facts in answer} <= SHOWN]
@@ -29,7 +28,6 @@ STRANGE: list[Any] = [None, True, "", "1", [], {}, [[]], [1], {"a": 1}, -1, 0, 1
 
 
 def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield the path of every part."""
     if path:
         yield path
     if isinstance(value, (dict, list)):
@@ -38,7 +36,6 @@ def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 def damage(document: Data, path: tuple[Any, ...], rng: random.Random) -> None:
-    """Replace, remove or double the part at the path; numbers change by a factor."""
     place: Any = document
     for key in path[:-1]:
         place = place[key]

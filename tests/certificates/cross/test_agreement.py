@@ -60,7 +60,6 @@ def test_many_damaged_certificates_are_seen_alike(
 
 @pytest.mark.parametrize("lower", ["text", "upper"])
 def test_a_law_s_own_weights_sum_to_one(documents: dict[str, Data], lower: str) -> None:
-    """A premise that is not a number, or a constant beside rules for two ends, is refused."""
     refused = 0
     for document in documents.values():
         gains = document["gains"]

@@ -41,7 +41,6 @@ def small_certificate(decay_rate: float = 0.3) -> Data:
 
 
 def exported(document: Data) -> CoqFile:
-    """Return the Coq file of a certificate in memory."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "certificate.json"
         path.write_text(dumps(document), encoding="utf-8")
@@ -53,7 +52,6 @@ def written(document: Data) -> str:
 
 
 def coqc(text: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Return what coqc says of a file."""
     (folder / "certificate.v").write_text(text, encoding="utf-8")
     return subprocess.run(
         ["coqc", "certificate.v"], cwd=folder, capture_output=True, text=True, check=False
@@ -169,7 +167,6 @@ def test_coq_does_not_believe_a_changed_matrix(change: str, tmp_path: Path) -> N
 
 
 def _first_matrix(text: str, matrix: str) -> str:
-    """Return the file with the first matrix of its first theorem replaced."""
     place = text.index("Theorem claim_1_strict_1")
     start = text.index('"\n', place) + 2
     return text[:start] + matrix + text[text.index(";", start) + 1 :]

@@ -32,7 +32,6 @@ entries = st.integers(-9, 9)
 
 
 def decided(value: Any, relation: Relation) -> bool:
-    """Return FLINT's answer, which has to be the one of elimination."""
     required = Inequality(value, relation, "it does not hold")
     answer = FlintDecider()(required)
     assert answer is required.holds

@@ -19,17 +19,14 @@ CLAIM = {"name": "the plant is its model", "kind": "sector-embedding"}
 
 
 def said_of(data: Any) -> Claim:
-    """Return the checker's word on a plant's data, without a file around it."""
     return embedding_outcome(as_read(data)).in_words()
 
 
 def embedding_outcome(model: Any, gains: Any = None, claim: Any = CLAIM) -> Outcome:
-    """Return the checker's outcome of a claim that a model contains its plant, as it is read."""
     return replay(claim, {"model": model, "gains": gains}, None, [], "claims[0]")
 
 
 def checked(model: TSModel) -> Checked:
-    """Return the verdict on a file with the claim of the embedding alone."""
     return check_document(
         certificate_document(
             model=plant_data(model), gains=None, claims=[embedding_claim(model)], provenance={}
@@ -38,7 +35,6 @@ def checked(model: TSModel) -> Checked:
 
 
 def changed(data: dict[str, Any], change: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
-    """Return a changed copy; a change that changes nothing is a mistake of the test."""
     copy = deepcopy(data)
     change(copy)
     assert copy != data

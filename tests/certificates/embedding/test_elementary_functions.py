@@ -44,7 +44,6 @@ def arb_value(name: str, value: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def exact(ball: flint.arb) -> Fraction:
-    """Return a ball without radius as a rational."""
     mantissa, exponent = ball.man_exp()
     return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 

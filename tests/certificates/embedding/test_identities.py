@@ -182,7 +182,6 @@ expressions = st.recursive(
 
 @given(left=expressions, right=expressions)
 def test_what_is_shown_is_so_at_a_point(left: str, right: str) -> None:
-    """Two ways: equality by algebra implies overlapping enclosures at a rational point."""
     texts = Texts()
     a, b = texts.node(left), texts.node(right)
     try:

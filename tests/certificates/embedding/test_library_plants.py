@@ -124,7 +124,6 @@ TOLERANCE = Fraction(1, 100)
 
 @cache
 def bounds_of(term: int, box: int) -> Interval:
-    """Return Arb's range of a premise, rounded outward."""
     return round_outward(expression_range(TERMS[term][2], BOXES[box], tolerance=TOLERANCE).outer)
 
 
@@ -209,7 +208,6 @@ def value_at(term: int, at: dict[sp.Symbol, float]) -> float:
 @settings(max_examples=20)
 @given(drawn=plants, number=st.integers(0, 7), upper=st.booleans())
 def test_a_bound_that_leaves_values_out_is_not_proved(drawn: Any, number: int, upper: bool) -> None:
-    """A bound moved inward by a twentieth of the range, five times what it may be too wide."""
     data = data_of(drawn)
     premises = data["embedding"]["premises"]
     chosen = premises[number % len(premises)]

@@ -109,9 +109,6 @@ def test_cubics_between_their_extremes(a: Fraction, b: Fraction, c: Fraction) ->
 # ---------------------------------------------------------------------- tables
 
 
-X, V = sp.symbols("x v", real=True)
-
-
 # ---------------------------------------------------------------------- trim
 
 

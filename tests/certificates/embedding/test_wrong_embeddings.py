@@ -25,7 +25,6 @@ def loop_verdict(data: Data) -> str:
 
 
 def turning(**number: object) -> Data:
-    """Return x' = -c x with the number c = 1/pi, or as changed."""
     data = one_state("-x/pi", "1", 1, 1)
     listed = {"name": "c", "expression": "1/pi", "lower": "0.3183", "upper": "0.3184"}
     data["embedding"] |= {"premises": [], "numbers": [listed | number], "A": [["-c"]]}

@@ -24,7 +24,6 @@ from tests.certificates.recorded.inputs import of_model, read_law
 
 
 def steps_between(lower: str, upper: str) -> tuple[str, list[dict[str, Any]]]:
-    """Return the first premise's name, and the steps of a law whose premise has these bounds."""
     data = of_model("cart")
     law = data["gains"]
     first = {**law["premises"][0], "lower": reader.Number(lower), "upper": reader.Number(upper)}
@@ -73,7 +72,6 @@ LAW = law_data([[[1.5]], [[0.5]]], input_names=["u [-]"], trim={"state": [0], "i
 
 
 def steps(law: Data) -> list[str]:
-    """Return the formulas of the program of a law."""
     program = content.file_content(MODEL, law, {"name": "two rules"})["programs"][0]
     return [str(one["formula"]) for one in program["steps"]]
 

@@ -59,7 +59,6 @@ def turbine() -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def told(document: dict[str, Any], content: Any, folder: Path) -> str:
-    """Return what the checker says of a gain file beside a certificate without claims."""
     path = folder / "gains.json"
     path.write_text(content if isinstance(content, str) else json.dumps(content), "utf-8")
     return compare_gains(read_text(json.dumps(document), "certificate"), path)
@@ -176,14 +175,12 @@ def test_a_changed_field_of_a_plant_has_status_one(
 
 
 def shuffled(value: Any) -> Any:
-    """Return the same content with its keys in the other order."""
     if isinstance(value, dict):
         return {key: shuffled(value[key]) for key in reversed(value)}
     return [shuffled(part) for part in value] if isinstance(value, list) else value
 
 
 def rewritten(text: str) -> Iterator[tuple[str, str]]:
-    """Yield the same content in other bytes."""
     content = json.loads(text)
     yield "order of keys", json.dumps(shuffled(content))
     yield "white space", json.dumps(content, indent=7)
@@ -374,7 +371,6 @@ def test_fields_that_are_not_the_plant_s_are_told_and_written_anew(
 
 
 def earlier(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the file as version 1 had it."""
     kept = ("format", "name", "plant", "units", "law", "states", "inputs", "formulas", "notes")
     return {"version": 1, **{key: content[key] for key in kept}}
 

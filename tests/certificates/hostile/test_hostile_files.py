@@ -65,12 +65,10 @@ def checked(place: Path, *texts: str | bytes) -> list[Outcome]:
 
 
 def bounded() -> None:
-    """Bound the memory of a process that is about to run."""
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
 def refused(found: Outcome) -> str:
-    """Return the one message of a refusal; fails on anything else."""
     status, out, err = found
     assert (status, out) == (2, ""), found
     assert err.startswith("Error: ") and err.count("\n") == 1
@@ -84,7 +82,6 @@ def in_place_of_p(text: str) -> Callable[[], str]:
 
 
 def sealed(document: Document) -> str:
-    """Return the text of a forged certificate: its hashes are those of what it says."""
     return json.dumps(resealed(document))
 
 
@@ -232,7 +229,6 @@ def test_the_plant_they_are_made_from_passes(tmp_path: Path) -> None:
 
 
 def cart(place: Path, table: str = "rub.csv") -> Path:
-    """Write a plant's file that names this table, and its tables; return the file."""
     texts = texts_of("cart")
     file, *_ = names = list(texts)
     for name in names:

@@ -32,7 +32,6 @@ SEEN = {"weights": "measured", "measured": ["y"]}
 
 
 def outcome(model: Data, gains: Data, *claims: Data) -> tuple[str, str]:
-    """Return the verdict on the last claim, and its words."""
     checked = check_document(sealed(model, gains, *claims)).claims[-1]
     return checked.verdict.name, checked.text
 

@@ -26,31 +26,19 @@ SLOW_GENERATOR = 5000.0  # N m/s; the turbine has 15000
 
 @pytest.fixture(scope="session")
 def rates(built: Any) -> dict[str, Any]:
-    """Return the claim about the whole loop."""
     document = built.document
     return bumpless_claim(document["model"], document["gains"], document["claims"][0])
 
 
-@pytest.fixture(scope="session")
-def short_rates(short_document: dict[str, Any]) -> dict[str, Any]:
-    """Return the short certificate with its own claim about rates."""
-    document = deepcopy(short_document)
-    loop = document["claims"][0]
-    claim = bumpless_claim(document["model"], document["gains"], loop)
-    return dict(resealed(document | {"claims": [loop, claim]}))
-
-
 def verdict_on_rates(document: dict[str, Any]) -> str:
-    """Return the verdict on the claim about rates."""
     return check_document(resealed(document)).claims[1].verdict.name
 
 
 def test_the_default_loop_is_proved(built: Any, rates: dict[str, Any]) -> None:
-    """No wind asks for torque faster than the turbine allows."""
     document = resealed(built.document | {"claims": [built.document["claims"][0], rates]})
     found = check_document(document).claims[1]
 
-    assert verdict_on_rates(document) == PROVED
+    assert found.verdict.name == PROVED
     limit = built.turbine.torque_rate_limit
     beyond = [cell["torque_rate"] > limit for cell in rates["cells"]]
     assert not any(beyond)
@@ -77,19 +65,6 @@ def test_winds_beyond_the_generators_rate_are_named(built: Any) -> None:
     assert within in found.text
 
 
-def test_no_limit_is_told_higher_than_it_is(built: Any, rates: dict[str, Any]) -> None:
-    """8 deg/s are 0.139626... rad/s: told as 0.139626, and what is below it is below that."""
-    document = resealed(built.document | {"claims": [built.document["claims"][0], rates]})
-    own = built.turbine.pitch_rate_limit
-
-    text = check_document(document).claims[1].text
-
-    told = text.split("stays below the drive's limit of ")[1].split(" rad/s")[0]
-    below = int(text.split("rad/s, and in ")[1].split(" stays below")[0])
-    assert own - 1e-6 < float(told) <= own
-    assert below == sum(cell["pitch_rate"] < float(told) for cell in rates["cells"])
-
-
 @pytest.mark.parametrize("limit", ["15000.00001", "14999.99999"])
 def test_a_limit_of_torque_is_told_as_it_is_stated(limit: str) -> None:
     """With more digits than other numbers: a cell at the limit itself is within it."""
@@ -99,7 +74,6 @@ def test_a_limit_of_torque_is_told_as_it_is_stated(limit: str) -> None:
 
 
 def torque_words(limit: str) -> str:
-    """Return the sentence about one cell of wind whose torque moves at the limit."""
     cell = {"pitch_rate": Number("0.1"), "torque_rate": Number(limit)}
     model = {"pitch_rate_limit": Number("0.2"), "torque_rate_limit": Number(limit)}
     claim = {"loop": 0, "cells": [cell]}
@@ -169,11 +143,6 @@ def test_the_law_on_the_plant_moves_no_faster(built: Any, rates: dict[str, Any])
     # The bounds are not idle: somewhere most of them is used.
     assert max(used) > 0.5
     assert max(turned_most) > 0.7
-
-
-def test_the_short_certificate_is_proved(short_rates: dict[str, Any]) -> None:
-    """What the damages below begin from."""
-    assert verdict_on_rates(short_rates) == PROVED
 
 
 def test_commands_are_continuous_across_every_node(built: Any) -> None:

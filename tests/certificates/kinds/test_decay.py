@@ -20,11 +20,6 @@ from tests.certificates.kinds.claims import model_data, verdict_of
 Data = dict[str, Any]
 
 
-def pair(a: float) -> list[list[list[float]]]:
-    """Return Dayawansa and Martin's pair; the second vertex is scaled by a > 0, as V' is too."""
-    return [[[-1, -1], [1, -1]], [[-a, -a * a], [1, -a]]]
-
-
 def sampled() -> tuple[Data, Data]:
     """Return x+ = 0.5 x with T = 1 s, which decays at ln 2 = 0.693147180559945... 1/s."""
     claim = {"name": "line", "kind": "decay", "P": [[1]], "decay_rate": 0}
@@ -39,32 +34,6 @@ def test_a_sampled_line_decays_at_the_logarithm_of_two() -> None:
         assert verdict_of(model, None, claim | {"decay_rate": below}) == "PROVED"
     for above in (0.693147180559946, 0.7, 5):
         assert verdict_of(model, None, claim | {"decay_rate": above}) == "UNDECIDED"
-
-
-@pytest.mark.parametrize(
-    ("a", "verdict"),
-    [
-        (5.828427, Verdict.PROVED),
-        (5.828428, Verdict.DISPROVED),
-        (0.1715729, Verdict.PROVED),
-        (0.1715728, Verdict.DISPROVED),
-    ],
-)
-def test_a_pair_is_decided_at_its_thresholds(a: float, verdict: Verdict) -> None:
-    """Dayawansa & Martin (1999): one P serves iff 3 - sqrt(8) < a < 3 + sqrt(8) = 5.8284271..."""
-    root = float(np.sqrt(a))
-    decay = {"name": "pair", "kind": "decay", "P": [[1, 0], [0, a]], "decay_rate": 0}
-    sign = 1 if a > 1 else -1
-    listed = [
-        {"blend": 0, "factor": [[sign * root], [1]]},
-        {"blend": 1, "factor": [[-sign], [1 / root]]},
-    ]
-    no = {"name": "pair", "kind": "no-common-decay", "decay_rate": 0, "multipliers": listed}
-    claim = decay if verdict is Verdict.PROVED else no
-
-    assert verdict_of(model_data(pair(a)), None, claim) == verdict.name
-    other = no if verdict is Verdict.PROVED else decay
-    assert verdict_of(model_data(pair(a)), None, other) == "UNDECIDED"
 
 
 @pytest.mark.parametrize("sample_time", [None, 0.1])

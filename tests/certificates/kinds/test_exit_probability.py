@@ -18,7 +18,7 @@ from takagi.certificates.requests import ExitProbability
 from takagi.certificates.requests.attempts import attempted
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, sector_model
-from tests.certificates.kinds.claims import model_data, said_of, verdict_of
+from tests.certificates.kinds.claims import model_data, verdict_of
 
 Data = dict[str, Any]
 Floats = Any
@@ -69,13 +69,6 @@ def test_the_bound_at_the_end_of_its_second_form() -> None:
     assert float(found) == pytest.approx(math.exp(-1) + 0.1, abs=1e-12)
     beyond = exit_bound(**numbers, level=Fraction(2001, 1000), horizon=Fraction(1, 10))
     assert beyond is None
-
-
-def test_sentence_names_set_noise_and_start() -> None:
-    model, claim = lag()
-    text = said_of(model, None, claim | {"start": 0.25, "probability": 0.01}).text
-    for part in ("within 10 s is at most 0.01", "x'Px <= 0.25", "0.5^2 for w [-]", "model's box"):
-        assert part in text
 
 
 def exactly_left(rate: float, noise: float, limit: float, horizon: float) -> float:
@@ -199,7 +192,6 @@ def test_a_given_shape_is_made_as_large_as_fits() -> None:
 
 
 def cubic(equation: sp.Expr, side: Interval | None = None) -> ClaimedLoop:
-    """Return the loop of a plant with |x| <= 1 and a disturbance w, with its plant's equations."""
     state = Variable(x, "-", Interval.of(-1, 1))
     pushes = (Variable(w, "-", side),)
     model = sector_model(Plant(equations=(equation,), states=(state,), disturbances=pushes))

@@ -47,7 +47,6 @@ def test_rates_are_proved_up_to_their_limit() -> None:
 def test_more_work_than_a_reader_waits_for_is_refused(
     limit: str, value: int, words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """x' = (-1 and -2) x by two functions: four products, two terms, two corners."""
     model = model_data([[[-1]], [[-2]]])
     assert said_of(model, None, scalar(1, 2)).verdict is Verdict.PROVED
 
@@ -60,7 +59,6 @@ def test_more_work_than_a_reader_waits_for_is_refused(
 
 
 def pair(a: float) -> list[list[list[float]]]:
-    """Return Dayawansa and Martin's pair."""
     return [[[-1, -1], [1, -1]], [[-1, -a], [1 / a, -1]]]
 
 

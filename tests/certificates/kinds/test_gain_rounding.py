@@ -46,7 +46,6 @@ def test_no_step_at_all_is_never_claimed(absolute: Any) -> None:
 
 
 def loop(sample_time: float | None) -> tuple[TSModel, np.ndarray[Any, Any]]:
-    """Return two rules with two inputs, in continuous time or as Euler steps of it."""
     A = np.array([[[0.0, 1.0], [1.0, 0.0]], [[0.0, 1.0], [2.0, 0.0]]])
     B = np.array([[[0.1, 0.0], [1.0, 0.5]], [[0.0, 0.0], [1.1, 0.4]]])
     K = np.array([[[3.0, 2.0], [0.5, 0.1]], [[4.0, 2.0], [0.5, 0.2]]])

@@ -182,7 +182,6 @@ def test_every_matrix_of_a_piece_is_a_theorem(tmp_path: Path) -> None:
 
 
 def tree(rng: random.Random, sizes: list[int], depth: int) -> list[list[int]]:
-    """Return a random tree of halvings."""
     if depth == 0 or rng.random() < 0.2:
         return [[]]
     premise = rng.randrange(len(sizes))
@@ -192,7 +191,6 @@ def tree(rng: random.Random, sizes: list[int], depth: int) -> list[list[int]]:
 
 
 def weights(count: int, corners: tuple[tuple[int, ...], ...] | None) -> PolytopicLoop:
-    """Return a loop whose matrices E are its weights."""
     one = Matrix.identity(count)
     E = tuple(Matrix([[row[i]] for row in one.rows]) for i in range(count))
     return PolytopicLoop(A=(one,) * count, E=E, corners=corners, stated_rules=count)

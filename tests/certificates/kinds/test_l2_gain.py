@@ -34,7 +34,6 @@ def sampled() -> tuple[Data, Data]:
 
 
 def loop() -> TSModel:
-    """Return two rules with different inputs, outputs and disturbances."""
     return TSModel(
         [[[0.0, 1.0], [-1.0, -0.4]], [[0.0, 1.0], [-3.0, -0.2]]],
         [[[0.0], [1.0]], [[0.0], [1.5]]],
@@ -49,7 +48,6 @@ K = np.array([[[1.0, 2.0]], [[0.5, 1.5]]])
 
 @pytest.mark.parametrize(("case", "limit"), [(line, 0.5), (sampled, 2.0)])
 def test_gain_from_both_sides_of_its_exact_value(case: Any, limit: float) -> None:
-    """The first-order lag's gain is 1/a, or 1/(1 - a) in discrete time, reached at rest."""
     model, claim = case()
 
     assert verdict_of(model, None, claim) == "PROVED"

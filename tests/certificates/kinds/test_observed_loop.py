@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.kinds.observer import hidden_premises
 from takagi.certificates.checker.loop.observer_law import states_at_start
 from takagi.certificates.requests import ObservedLoop
 from takagi.certificates.requests.loop.loop import ClaimedLoop
@@ -91,26 +89,6 @@ def test_the_motion_of_the_plant_stays_in_the_proved_set() -> None:
         value = found.y[1] ** 2 + s * (found.y[0] - found.y[1]) ** 2
         assert np.all(np.diff(value) <= 1e-9)
         assert np.abs(found.y).max() <= 1 and value[-1] < 1e-8
-
-
-@pytest.mark.parametrize(
-    ("C", "hidden"),
-    [
-        ([[[2, 0]], [[2, 0]]], ""),
-        ([[[1, 0]], [[1, 1]]], "x1"),
-        ([[[1, 1]], [[1, 0]]], "x1"),
-        ([[[1, 0]], [[2, 0]]], "x1"),
-        ([[[1, 1], [1, 0]], [[1, 0], [1, 0]]], ""),
-        ([[[0, 0]], [[0, 0]]], "x1"),
-        ([], "x1"),
-    ],
-)
-def test_a_premise_is_measured_by_one_output_in_all_rules(C: Any, hidden: str) -> None:
-    stack = [Matrix.of([[Fraction(e) for e in row] for row in M]) for M in C]
-    family: Any = SimpleNamespace(
-        C=stack, D=(), states=("x1", "x2"), inputs=(), scheduled_by=("x1",)
-    )
-    assert hidden_premises(family) == hidden
 
 
 @pytest.mark.parametrize(

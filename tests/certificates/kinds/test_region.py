@@ -20,7 +20,6 @@ SPIRAL = [[-1, 1], [-1, -1]]
 
 
 def part(region: EigenvalueRegion) -> list[Data]:
-    """Return the parts of a region as a claim states them."""
     return [
         {"L": np.asarray(L, dtype=float).tolist(), "M": np.asarray(M, dtype=float).tolist()}
         for L, M in (one.matrices for one in region.parts)
@@ -28,12 +27,10 @@ def part(region: EigenvalueRegion) -> list[Data]:
 
 
 def parabola(width: float) -> EigenvalueRegion:
-    """Return {(Im z)^2 < -width Re z}."""
     return EigenvalueRegion.lmi([[0.0, 0.0], [0.0, -width]], [[0.5, 0.5], [-0.5, 0.0]])
 
 
 def claim(region: EigenvalueRegion, **others: Any) -> Data:
-    """Return the claim with P = I."""
     return {
         "name": "poles",
         "kind": "region",

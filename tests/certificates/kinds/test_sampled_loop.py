@@ -48,7 +48,6 @@ def integrator(T: Any, rate: Any = 0) -> tuple[Data, Data, Data]:
 
 
 def frozen(A: Floats, B: Floats, K: Floats, T: float) -> float:
-    """Return the spectral radius of the exact discretisation."""
     n, m = B.shape
     M = np.zeros((n + m, n + m))
     M[:n] = np.hstack([A, B])
@@ -173,9 +172,6 @@ def test_sentence_assumes_the_range_of_a_signal_that_schedules_alone() -> None:
         texts.append(told.text)
 
     assert "while" not in texts[0] and "while w stays in the model's box" in texts[1]
-
-
-START, MIDDLE, END = [[1, 1.5], [1.5, 2.25]], [[1, 0.75], [0.75, 0]], [[1, 0], [0, 0]]
 
 
 def test_loops_that_have_no_such_claim() -> None:

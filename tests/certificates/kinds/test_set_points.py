@@ -69,7 +69,6 @@ def subject(built: Any) -> Subject:
 
 
 def excerpt(law: EffortSharingLaw) -> EffortSharingLaw:
-    """Return the law on few winds: where the effort passes from torque to pitch."""
     first = int(np.searchsorted(law.schedule.wind, FIRST_WIND))
     nodes, cells = slice(first, first + CELLS + 1), slice(first, first + CELLS)
     columns = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
@@ -83,7 +82,7 @@ def excerpt(law: EffortSharingLaw) -> EffortSharingLaw:
 
 
 def unchanged(claim: dict[str, Any], gains: dict[str, Any]) -> None:
-    """Change nothing."""
+    pass
 
 
 def test_the_loop_is_proved_at_all_set_points(subject: Subject, built: Any) -> None:

@@ -17,7 +17,6 @@ Weights = list[list[Fraction]]
 
 
 def at(X: Polynomial, w: Weights) -> Matrix:
-    """Return X(w)."""
     total = 0 * next(iter(X.terms.values()))
     for a, term in X.terms.items():
         factor = Fraction(1)
@@ -30,7 +29,6 @@ def at(X: Polynomial, w: Weights) -> Matrix:
 
 @st.composite
 def polynomials(draw: st.DrawFn, sizes: tuple[int, ...]) -> Polynomial:
-    """Return a polynomial of degrees up to 2 with 2 by 2 coefficients."""
     degrees = tuple(draw(st.integers(0, 2)) for _ in sizes)
     entry = st.integers(-5, 5)
     terms: dict[Exponent, Matrix] = {
@@ -42,7 +40,6 @@ def polynomials(draw: st.DrawFn, sizes: tuple[int, ...]) -> Polynomial:
 
 @st.composite
 def cases(draw: st.DrawFn) -> tuple[Polynomial, Polynomial, Weights, Weights]:
-    """Return two polynomials, weights and speeds that sum to zero."""
     sizes = draw(st.sampled_from([(2,), (3,), (2, 2), (1, 2)]))
     w, v = [], []
     for size in sizes:
@@ -104,7 +101,6 @@ def test_every_exponent_has_to_be_positive() -> None:
 
 
 def failing(X: Polynomial) -> list[str]:
-    """Return the powers of the terms that are not positive definite."""
     return [powers for powers, term in X.coefficients() if not term.is_positive_definite]
 
 

@@ -22,7 +22,7 @@ from takagi.certificates.checker.replay.containment import of_the_plant
 from takagi.certificates.design.plant.design import certify_plant, design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import dumps
-from takagi.models import ModelError, Plant, load_model
+from takagi.models import ModelError, Plant
 from takagi.models.plant.design_settings import PlantSettings
 from tests.certificates.kinds.claims import resealed, verdicts
 from tests.certificates.kinds.tracking_documents import (
@@ -50,7 +50,6 @@ def test_the_arm_is_proved_to_follow() -> None:
 
 
 def test_simulations_keep_the_bounds() -> None:
-    """Ramps at the proved rate, and jumps, with masses at the ends: integrated here again."""
     jumps, moving = claims()
     rest = moving["residual_norm"] / moving["decay_rate"]
     names = [v["name"] for v in arm()["model"]["disturbances"]]
@@ -186,20 +185,7 @@ def test_a_wrong_reference_is_refused_at_its_place(
 
 
 @pytest.mark.slow
-def test_the_servo_of_the_library_is_proved() -> None:
-    """Gains that are found, for every target and constant load torque."""
-    plant = load_model("dc_servo")
-    assert isinstance(plant, Plant)
-    design = design_plant(plant)
-    assert isinstance(design, PlantDesign)
-
-    assert design.proved
-    assert [c["kind"] for c in design.document["claims"]].count("tracking") == 2
-
-
-@pytest.mark.slow
 def test_a_rate_too_fast_is_not_claimed_as_proved(tmp_path: Path) -> None:
-    """At 500 deg/s nothing is proved: the claim stays open, beside a slower one that is proved."""
     plant, _ = plant_of(tmp_path, ARM.replace("rate = 5", "rate = 500"))
     gains = np.array(GAINS).reshape(1, 1, 3).repeat(4, axis=0)
     design = certify_plant(plant, gains, PlantSettings())

@@ -29,7 +29,6 @@ FAST, UNIT = 3.2, 1 / 64
 
 @pytest.fixture(scope="session")
 def known(built: Any) -> dict[str, Any]:
-    """Return the short certificate's sister in full load: cells from 14 to 17 m/s, and a claim."""
     document = cells_from(built.document, 14.0)
     gains, loop = document["gains"], document["claims"][0]
     gains["wind_filter"] = FAST
@@ -38,12 +37,10 @@ def known(built: Any) -> dict[str, Any]:
 
 
 def verdict_on_rates(document: dict[str, Any]) -> str:
-    """Return the verdict on the claim about rates."""
     return check_document(resealed(document)).claims[1].verdict.name
 
 
 def uniform(document: dict[str, Any], rate: float, error: float) -> dict[str, Any]:
-    """Return the certificate with one range over all its winds, at one rate."""
     changed = deepcopy(document)
     ends = [changed["gains"]["wind"][0], changed["gains"]["wind"][-1]]
     changed["claims"][1]["ranges"] = [

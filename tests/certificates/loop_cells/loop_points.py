@@ -45,8 +45,6 @@ RATES_OVER = ((3.0, 10.6, 11.5, 12.5, 13.0, 25.0), (0.1, 0.2, 0.3, 1.0, 1.5, 2.0
 
 @dataclass(frozen=True)
 class Point:
-    """One point of the loop, its uncertainties, and its derivative, all floats."""
-
     k: int
     e: float
     zeta: float
@@ -74,13 +72,11 @@ def effort_sharing_cells(
     uncertainty: LoopUncertainty,
     rates: Sequence[float],
 ) -> list[LoopCell]:
-    """Return the enclosed loop of every cell, as a claim states it."""
     loops = cell_loops(turbine, law, box, uncertainty)
     return [loop.enclosed(rate) for loop, rate in zip(loops, rates, strict=True)]
 
 
 def rates_of(law: EffortSharingLaw) -> list[float]:
-    """Return the wind rate of each cell."""
     nodes = law.schedule.wind
     middle = (nodes[1:] + nodes[:-1]) / 2
     return [round(float(rate), 3) for rate in np.interp(middle, *RATES_OVER)]
@@ -217,5 +213,4 @@ def outside(value: float, interval: Floats) -> float:
 def campaign(
     turbine: Turbine, law: EffortSharingLaw, cells: list[LoopCell], drawn: Iterator[Point]
 ) -> list[tuple[Point, float]]:
-    """Return points with their distance to the family."""
     return [(p, distance(cells[p.k], p, derivative(turbine, law, p))) for p in drawn]

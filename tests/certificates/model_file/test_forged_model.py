@@ -20,7 +20,6 @@ TURBINE = next(file for file in model_files("nrel5mw") if file.suffix == ".toml"
 
 
 def compared(document: Document, path: Path = TURBINE) -> None:
-    """Compare as the reader sees the document: numbers as they are written."""
     read = read_text(json.dumps(document), "document")
     compare_turbine(read["model"], read["gains"], path)
 
@@ -99,7 +98,6 @@ def test_a_damaged_turbine_file_is_refused(
 
 
 def test_a_damaged_table_is_refused(short: Document, tmp_path: Path) -> None:
-    """A row cut short, words for numbers, no file."""
     for file in model_files("nrel5mw"):
         (tmp_path / file.name).write_bytes(file.read_bytes())
     table, path = tmp_path / "nrel5mw_cp.csv", tmp_path / TURBINE.name

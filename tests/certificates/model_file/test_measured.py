@@ -45,7 +45,6 @@ x = "-x - x^3/2 + u"
 
 
 def compared(gains: Any, path: Path) -> None:
-    """Compare a law with the field of a file."""
     file = tomllib.loads(path.read_text("utf-8"), parse_float=Decimal)
     compare_measured(gains, file, path, plant_nodes(("x", "x", "-")))
 
@@ -57,7 +56,6 @@ def filed(folder: Path, listed: str) -> Path:
 
 
 def certified(folder: Path, listed: str, measured: list[str]) -> Path:
-    """A certificate for the file with this field; its law, with these outputs, is proved."""
     path = filed(folder, listed)
     model = sector_model(load_plant(path))
     data = plant_data(model) | content_of(PlantFile.of(path).files)

@@ -31,7 +31,6 @@ TURBINE = model_files("nrel5mw")[0]
 
 @pytest.fixture
 def rotor(short: Document) -> Document:
-    """The short certificate of the 5-MW turbine, as it is made from its file."""
     short["model"] |= content_of(model_files("nrel5mw"))
     return read_text(json.dumps(short), "certificate")
 

@@ -134,7 +134,6 @@ class Published:
     write: Callable[[Path], None] | None = None
 
     def written(self, folder: Path) -> Path:
-        """Return the file, written into this folder."""
         path = folder / self.name
         if self.write is not None:
             self.write(path)
@@ -147,7 +146,6 @@ class Published:
 
 
 def symmetric(*lower: float) -> Floats:
-    """Return the matrix of its lower triangle, row by row."""
     size = round(sqrt(2 * len(lower)))
     matrix = np.zeros((size, size))
     matrix[np.tril_indices(size)] = lower
@@ -480,7 +478,6 @@ PUBLISHED: tuple[Published, ...] = (
 
 
 def table() -> str:
-    """Return the problems as the rows of a table."""
     rows = ["| problem | source | known |", "|---|---|---|"]
     for problem in PUBLISHED:
         known = problem.text or (

@@ -55,7 +55,6 @@ def test_what_is_known_is_proved(problem: Published, tmp_path: Path) -> None:
 
 
 def enclosure(verification: Verification) -> tuple[float, float]:
-    """Return both proved bounds of the optimum, the lower one first."""
     values = [claim.figures[0].value for claim in verification.checked.claims]  # type: ignore[union-attr]
     low, high = sorted(float(value) for value in values)  # type: ignore[arg-type]
     return low, high

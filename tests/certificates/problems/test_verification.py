@@ -71,13 +71,11 @@ DCOORD
 
 
 def product(variables: Any) -> cp.Problem:
-    """Return the same problem in cvxpy."""
     x = variables
     return cp.Problem(cp.Minimize(x[0] + x[1]), [cp.bmat([[x[0], 1], [1, x[1]]]) >> 0, x[0] <= 4])
 
 
 def written(form: str, folder: Path) -> Path:
-    """Return a file of the problem in a format."""
     path = folder / f"problem{form}"
     if form in (".dat-s", ".cbf"):
         path.write_text(SDPA if form == ".dat-s" else CBF, encoding="utf-8")
@@ -92,7 +90,6 @@ def written(form: str, folder: Path) -> Path:
 
 
 def enclosed(verification: Verification) -> tuple[float, float]:
-    """Return the proved value of a point, and the proved bound."""
     values = [claim.figures[0].value for claim in verification.checked.claims]  # type: ignore[union-attr]
     assert [claim.verdict.name for claim in verification.checked.claims] == ["PROVED"] * 2
     assert None not in values
@@ -135,7 +132,6 @@ def theta(edges: list[tuple[int, int]], count: int) -> ConicProblem:
 
 
 def in_file(problem: cp.Problem) -> ConicProblem:
-    """Return a cvxpy problem through its file."""
     from tempfile import TemporaryDirectory
 
     with TemporaryDirectory() as folder:
@@ -210,7 +206,6 @@ def test_constraints_that_contradict_one_another(tmp_path: Path) -> None:
 
 
 def test_damaged_certificates_are_not_proved(tmp_path: Path) -> None:
-    """A point moved out, and multipliers that bound too much."""
     verification = verify(read_problem_file(written(".dat-s", tmp_path)))
     for number, change in ((0, -1e-3), (1, 1e-3)):
         document = deepcopy(verification.document)

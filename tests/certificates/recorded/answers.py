@@ -41,29 +41,24 @@ NUMBER = re.compile(r"(?:(?<!\w)-)?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 def kinds() -> list[str]:
-    """Return the kinds of claims that there are recorded certificates of."""
     return sorted(path.stem for path in FOLDER.glob("*.jsonl"))
 
 
 def cases(kind: str) -> Iterator[Case]:
-    """Yield the recorded certificates of a kind."""
     for line in (FOLDER / f"{kind}.jsonl").read_text(encoding="utf-8").splitlines():
         yield Case(*json.loads(line))
 
 
 def recorded(kind: str) -> Iterator[tuple[Answer, str]]:
-    """Yield (answer, text of the certificate)."""
     for case in cases(kind):
         yield case.answer, case.text
 
 
 def answer_of(written: str, path: Path) -> Answer:
-    """Return the answer to a certificate with this text, in a file that is made for it."""
     return answer_in_words(written, path)[0]
 
 
 def answer_in_words(written: str, path: Path) -> tuple[Answer, str]:
-    """Return the answer, and all that it says."""
     path.write_text(written, encoding="utf-8")
     said: list[str] = []
     return facts_of(lambda: check(path), str(path), said), " ".join(said)
@@ -132,12 +127,10 @@ def taken(old: Answer, new: Answer, what: str) -> Answer:
 
 
 def line(answer: Answer, text: str, what: str = "", words: str = "") -> str:
-    """Return the line of a file for a certificate."""
     return json.dumps([answer, text, *([what, words] if what else [])])
 
 
 def main() -> None:
-    """Write the answers of today."""
     from tests.certificates.weights.cells import EVIDENCE
 
     new = {kind for kind in EVIDENCE if "," not in kind} - set(kinds())

@@ -38,7 +38,6 @@ class Damage(NamedTuple):
 
 
 def names() -> list[str]:
-    """Return the names of the certificates that are damaged."""
     return sorted(path.stem for path in DAMAGED.glob("*.jsonl"))
 
 
@@ -117,7 +116,6 @@ def changes(value: Any) -> Iterator[Any]:
 
 
 def line(damage: Damage, number: int) -> str:
-    """Return the line of a file for a change."""
     if damage.what:
         return json.dumps([damage.changes, number, damage.what, damage.words])
     ((place, value),) = damage.changes
@@ -125,7 +123,6 @@ def line(damage: Damage, number: int) -> str:
 
 
 def main() -> None:
-    """Write the answers of today."""
     for name in names():
         path = DAMAGED / f"{name}.jsonl"
         first = path.read_text(encoding="utf-8").splitlines()[0]

@@ -13,7 +13,6 @@ from takagi.certificates import CertificateError
 from takagi.certificates.checker.kernel.obligation import first_failure
 from takagi.certificates.checker.turbine.published.interval_matrices import contraction
 
-Rows = list[list[Fraction]]
 DECAY, INVARIANCE, OUTSIDE = "decay", "invariance", "not inside its box"
 
 
@@ -72,7 +71,6 @@ def test_every_corner_counts_and_eight_decimals_are_refused() -> None:
 
 
 def _fractions(values: Any) -> Any:
-    """Return numbers as fractions of seven decimals, in the same lists."""
     return np.vectorize(lambda x: Fraction(round(x * 10**7), 10**7), otypes=[object])(values)
 
 

@@ -12,8 +12,6 @@ from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.kinds.claims import Data, model_data, said_of
 
 ONE = [[1, 0], [0, 1]]
-# x1' = -3 x1 + u + ..., so that the second gain, u = 100 x1, makes an unstable loop.
-SLOW, FAST = [[0, 0]], [[-100, 0]]
 KEPT: Data = {"name": "a", "P": ONE, "level": 1, "multiplier": 1, "disturbance": "inputs"}
 KEPT |= {"disturbance_norm": 0.1}
 
@@ -47,7 +45,3 @@ def test_polynomial_of_many_terms_is_refused_before_it_is_made() -> None:
 
     with pytest.raises(CertificateError, match="terms"):
         said_of(model, None, claim | {"polya": 8, "rates": [[1] * r]})
-
-
-# Of two premises without ranges the first never changes its end: the lower one, or the upper one.
-AT_LOWER, AT_UPPER = [[0, 0], [0, 1]], [[1, 0], [1, 1]]

@@ -41,7 +41,6 @@ BOXES, FEWEST, POINTS = 24, 18, 10
 
 @cache
 def law_of(shape: Shape) -> model.PublishedLaw:
-    """Return a law whose gains differ from corner to corner by much, so that a mix-up shows."""
     partial = regional_schedule(
         TURBINE,
         regional_models()[0],
@@ -64,7 +63,6 @@ def law_of(shape: Shape) -> model.PublishedLaw:
 
 @cache
 def read_of(shape: Shape) -> tuple[Plant, PublishedLaw]:
-    """Return plant and law as the checker reads them."""
     from json import dumps
 
     document = certificate_document(
@@ -105,7 +103,6 @@ def drawn(rng: np.random.Generator, law: PublishedLaw, asked: float) -> Ends:
 
 
 def points(rng: np.random.Generator, ends: Ends, wind: float, lowest: float) -> Floats:
-    """Return states in the box at this wind, some of them at its corners."""
     v1, v2 = (float(v) for v in ends.wind)
     first, last = (np.array([float(x) for x in z]) for z in ends.states)
     centre = first + (wind - v1) / (v2 - v1) * (last - first)

@@ -82,7 +82,6 @@ def test_outside_the_table_there_is_no_value() -> None:
 
 @pytest.fixture(scope="module")
 def pendulum(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
-    """Return the plant file of the page on plant files, and what a certificate says of it."""
     folder = tmp_path_factory.mktemp("pendulum")
     page = (Path(__file__).parents[3] / "docs/plants.md").read_text(encoding="utf-8")
     for start, name in (("```csv\n", "friction.csv"), ("```toml\n", "pendulum.toml")):
@@ -111,13 +110,11 @@ def coefficient(place: int, value: float) -> Callable[[dict[str, Any]], None]:
 
 
 def another_knot(data: dict[str, Any]) -> None:
-    """A sixth coefficient is free to move between the points."""
     data["tables"]["friction"]["knots"][0].insert(5, 1)
     data["tables"]["friction"]["coefficients"].append(0.5)
 
 
 def moved_knot(data: dict[str, Any]) -> None:
-    """Another spline through the same points."""
     knots = np.array(data["tables"]["friction"]["knots"][0])
     knots[4] = 0.5
     x, values = [-4, -2, 0, 2, 4], [-0.5, -0.3, 0, 0.3, 0.5]

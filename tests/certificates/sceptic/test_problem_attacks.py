@@ -31,7 +31,6 @@ LINE = {"cone": "nonnegative", "size": 2, "entries": [[0, 0, -1], [1, 0, 1], [0,
 
 
 def problem(*blocks: Data, objective: Any = (1,), **members: Any) -> Data:
-    """Return the problem of these blocks; without any 1 <= x <= 3."""
     model = {"kind": "conic-problem", "objective": list(objective), "offset": 0}
     return {**model, "sense": "minimise", "blocks": list(blocks or (LINE,)), **members}
 
@@ -42,7 +41,6 @@ def document(model: Data, kind: str, point: Any, **members: Any) -> Data:
 
 
 def verdict(model: Data, kind: str, point: Any, **members: Any) -> str:
-    """Return the verdict, or that the file is refused."""
     try:
         return check_document(document(model, kind, point, **members)).verdict.name
     except CertificateError:
@@ -143,7 +141,6 @@ def test_no_law_stands_beside_a_problem(tmp_path: Path) -> None:
 
 
 def values_at(problem: ConicProblem, x: Any) -> list[np.ndarray[Any, Any]]:
-    """Return S_k(x), of a semidefinite cone as the symmetric matrix."""
     listed: list[np.ndarray[Any, Any]] = []
     for block in problem.blocks:
         A, constant = block.arrays(len(problem.objective))
@@ -235,7 +232,6 @@ def test_cbf_with_two_meanings_is_refused(old: str, new: str, tmp_path: Path) ->
 
 
 def stored(problem: cp.Problem, solver: str, path: Path) -> ConicProblem:
-    """Return cvxpy's data for a solver through an npz file with a dense A."""
     data, _, _ = problem.get_problem_data(solver, solver_opts={"use_quad_obj": False})
     dims, A = data["dims"], data["A"].toarray()
     sizes = {"zero": dims.zero, "nonneg": dims.nonneg, "soc": dims.soc, "psd": dims.psd}

@@ -74,7 +74,6 @@ def plant(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def linear(plant: Path) -> TSModel:
-    """Return a model without premises: its rule has no corners."""
     model = sector_model(load_plant(plant))
     assert not model.premises and len(model.A) == 1
     return model
@@ -211,7 +210,6 @@ def test_unprintable_name_is_refused_before_its_range_is() -> None:
 
 
 def of_plant(equation: str) -> Data:
-    """Return a certificate about x' = ``equation``, said to be x' = -x."""
     state = {"name": "x", "unit": "m", "rest": 0, "range": [-1, 1]}
     model: Data = {"kind": "plant", "name": "p", "sample_time": None, "states": [state]}
     model |= {"inputs": [], "disturbances": [], "outputs": [], "parameters": {}}

@@ -32,7 +32,6 @@ ITO = "in Ito's sense"
 
 
 def outcome(model: Data, gains: Data | None, claims: list[Data]) -> tuple[list[str], str]:
-    """Return the sentences, and the verdict on the last claim."""
     document = certificate_document(model=model, gains=gains, claims=claims, provenance={})
     found = check_document(document).claims
     return [one.text for one in found], found[-1].verdict.name
@@ -324,7 +323,6 @@ def test_premises_that_are_the_noise_prove_nothing() -> None:
 
 
 def outcomes(model: Data, gains: Data | None, *claims: Data) -> tuple[Claim, ...]:
-    """Return what the checker says of each claim."""
     document = certificate_document(model=model, gains=gains, claims=list(claims), provenance={})
     return tuple(check_document(document).claims)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -22,11 +21,7 @@ from tests.certificates.recorded.answers import recorded
 
 Data = dict[str, Any]
 PROVED = next(text for answer, text in recorded("set-points") if answer[0] == ["PROVED"])
-RATED_TORQUE, MIDDLE = 43093.55, 42447.147
-
-
-def setpoints(**members: Any) -> Callable[[Data, list[Data]], object]:
-    return lambda document, cells: document["gains"]["setpoints"].update(members)
+RATED_TORQUE = 43093.55
 
 
 def test_nested_boxes_are_answered_at_once() -> None:

@@ -23,7 +23,6 @@ COUNT = 40
 
 
 def content(folder: Path) -> dict[str, bytes]:
-    """File name -> bytes."""
     return {path.name: path.read_bytes() for path in folder.glob("*.json")}
 
 
@@ -45,7 +44,6 @@ def results_of(cluster: Cluster, folder: Path) -> tuple[list[dict[str, object]],
 
 
 def same_as_alone(results: Path, folder: Path) -> bool:
-    """Whether a store has the bytes of one that was made by this process alone."""
     folder.mkdir()
     run_tasks(tasks("slow", str(folder), COUNT), folder / "results", workers=1)
     return content(results) == content(folder / "results")

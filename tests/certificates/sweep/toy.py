@@ -43,12 +43,10 @@ def deadly(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def slow(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
-    """Take a moment, and leave the number of the process in the folder ``source``."""
     (Path(source) / f"process-{os.getpid()}").touch()
     time.sleep(0.1)
     return product(source, inputs)
 
 
 def reading(source: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the turbine that goes with the task has."""
     return {"name": source.name, "coefficient": float(source.torque(7.0, 0.01))}

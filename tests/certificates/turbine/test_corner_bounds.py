@@ -45,7 +45,6 @@ def corners(lag_rate: tuple[str, str], **sizes: str) -> Stated:
 
 
 def decided(cell: Stated, error: Any = 0, rate: Any = 0) -> str:
-    """Return what fails in a wind class."""
     class_ = {"wind_error": Fraction(error), "wind_rate": Fraction(rate)}
     return first_failure(Corners(replace(cell, sizes=cell.sizes | class_)).obligations(P))
 
@@ -107,7 +106,6 @@ def test_disturbances_are_rounded_up(part: str) -> None:
 
 
 def test_the_rest_is_rounded_outward() -> None:
-    """P_33 (kappa r)^2 < Gamma^2 with r rounded up: at the last unit that is inside, not beyond."""
     P33, unit = P[2, 2], Fraction(1, 10**7)
     r = Fraction(0)
     step = Fraction(1)
@@ -241,7 +239,6 @@ Inputs = tuple[Subject, list[Any]]
 
 @pytest.fixture(scope="session")
 def inputs(built: Any) -> Inputs:
-    """Return what the checker reads of the whole certificate, and its cells."""
     read = read_text(json.dumps(built.document), "document")
     claim = read["claims"][0]
     return Subject.read(claim, read["model"], read["gains"], "claim"), claim["cells"]
@@ -254,7 +251,6 @@ def outside(loop: Loop, ranges: Any, sizes: dict[str, Fraction]) -> str:
 
 @pytest.mark.parametrize("share", SHARES)
 def test_what_a_cell_states_is_enclosed_and_no_more(inputs: Inputs, share: int) -> None:
-    """From cut-in to cut-out, more closely around rated wind: every range and every size."""
     subject, cells = inputs
     k = share * (len(cells) - 1) // 99
     cell = cells[k]

@@ -30,7 +30,6 @@ BOX = np.array([0.004, 0.006, 0.03])
 
 @cache
 def make_law(variant: str = "saturated") -> PublishedLaw:
-    """Return a law with gains of realistic size that differ between the corners of a and b."""
     partial, full = regional_models()
     by_a = np.repeat([-1.0, 1.0], 2)
     by_ab = np.repeat([-1.0, -0.3, 0.4, 1.0], 2)
@@ -51,7 +50,6 @@ def make_law(variant: str = "saturated") -> PublishedLaw:
 
 @cache
 def search() -> PublishedSearch:
-    """Return the search, whose ranges of the loop are the checker's; made once."""
     return PublishedSearch.of(make_law())
 
 

@@ -122,7 +122,6 @@ def test_pitch_keeps_its_upper_limit(k: int) -> None:
 
 
 def built(**changed: Any) -> str:
-    """Return why the last cell with other parts cannot be; empty if it can."""
     cell = cell_of(3)
     parts = {name: getattr(cell, name) for name in ("plant", "law", "machine", "winds", "sides")}
     try:

@@ -188,7 +188,6 @@ def sampled() -> TSModel:
 
 
 def verdicts(document: Data) -> list[str]:
-    """Return the verdict on each claim; where the file is refused REFUSED, and why."""
     try:
         return [claim.verdict.name for claim in check_document(document).claims]
     except CertificateError as error:
