@@ -15,7 +15,6 @@ from takagi.certificates.claims.turbine.effort_sharing import (
 )
 from takagi.certificates.claims.turbine.largest_wind_error import SHRINK, EffortSharingCandidate
 from takagi.certificates.document.certificate_file import (
-    certificate_document,
     effort_sharing_law_data,
     turbine_data,
 )
@@ -23,7 +22,7 @@ from takagi.lmi.turbine.effort import EffortSettings, effort_gains
 from takagi.models import Floats, Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from tests.certificates.kinds.claims import resealed
+from tests.certificates.kinds.claims import resealed, sealed
 
 PER_INTERVAL = {"integral_rate"}
 # P of the default loop, as the search returns it.
@@ -68,11 +67,8 @@ def certified(law: EffortSharingLaw, P: Floats | None = None) -> Built:
     """Return the whole chain of a law of the NREL 5-MW turbine; P is tried before it is sought."""
     turbine = nrel5mw()
     candidate = effort_sharing_candidate(turbine, law, P=P)
-    document = certificate_document(
-        model=turbine_data(turbine, []),
-        gains=effort_sharing_law_data(law),
-        claims=[effort_sharing_claim(candidate)],
-        provenance={},
+    document = sealed(
+        turbine_data(turbine, []), effort_sharing_law_data(law), effort_sharing_claim(candidate)
     )
     return Built(turbine, law, candidate, document)
 

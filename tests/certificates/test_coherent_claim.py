@@ -15,7 +15,7 @@ from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_claim,
 )
 from takagi.certificates.cross_check.comparison import cross_checked_document
-from takagi.certificates.document.certificate_file import certificate_document, dumps
+from takagi.certificates.document.certificate_file import dumps
 from takagi.models import Interval
 from tests.certificates.kinds.claims import resealed
 
@@ -66,12 +66,7 @@ def test_one_per_cent_of_power_is_proved_and_two_are_not(built: Any) -> None:
         around = Interval.of(f"0.{100 - wrong}", f"1.{wrong:02d}")
         uncertainty = replace(DEFAULT_UNCERTAINTY, power_coefficient=around)
         candidate = effort_sharing_candidate(built.turbine, built.law, uncertainty=uncertainty)
-        sealed = certificate_document(
-            model=built.document["model"],
-            gains=built.document["gains"],
-            claims=[effort_sharing_claim(candidate)],
-            provenance={},
-        )
+        sealed = resealed(built.document | {"claims": [effort_sharing_claim(candidate)]})
         claim = check_document(sealed).claims[0]
 
         assert claim.verdict is expected

@@ -23,9 +23,7 @@ from takagi.certificates.design.turbine.published_law import regional_design
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import check_limits
 from takagi.certificates.document.certificate_file import (
-    certificate_document,
     effort_sharing_law_data,
-    provenance,
     turbine_data,
 )
 from takagi.lmi.turbine.effort import EffortSettings, effort_gains
@@ -36,6 +34,7 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine.loader import load_turbine, model_files
 from takagi.models.turbine.trim import TABLE_SHARE, derated, reference_speed
+from tests.certificates.kinds.claims import resealed, sealed
 
 # A design of its own takes ten seconds.
 pytestmark = pytest.mark.slow
@@ -52,11 +51,8 @@ def document() -> dict[str, Any]:
     schedule = effort_schedule(lower)
     law = EffortSharingLaw.of(lower, schedule, effort_gains(lower, schedule).gains)
     candidate = effort_sharing_candidate(lower, law)
-    return certificate_document(
-        model=turbine_data(lower, FILES),
-        gains=effort_sharing_law_data(law),
-        claims=[effort_sharing_claim(candidate)],
-        provenance=provenance({}, {}),
+    return sealed(
+        turbine_data(lower, FILES), effort_sharing_law_data(law), effort_sharing_claim(candidate)
     )
 
 
@@ -81,12 +77,7 @@ def test_eighty_percent_of_power_is_proved(document: dict[str, Any], tmp_path: P
 def test_more_than_the_file_s_torque_is_refused(document: dict[str, Any], tmp_path: Path) -> None:
     """A law that asks for more than the generator of the file may give is not its law."""
     gains = {**document["gains"], "rated_torque": 43093.56}
-    other = certificate_document(
-        model=document["model"],
-        gains=gains,
-        claims=document["claims"],
-        provenance=provenance({}, {}),
-    )
+    other = resealed(document | {"gains": gains})
 
     with pytest.raises(CertificateError, match=r"rated_torque is 43093\.55 there"):
         check(written(other, tmp_path), model=TURBINE_FILE)
@@ -255,11 +246,10 @@ def test_fifteen_megawatt_is_proved_in_its_own_scale_and_not_in_another() -> Non
     gains = effort_gains(turbine, schedule, asked.effort).gains
     law = EffortSharingLaw.of(turbine, schedule, gains)
     candidate = effort_sharing_candidate(turbine, law, box=asked.box)
-    document = certificate_document(
-        model=turbine_data(turbine, model_files("iea15mw")),
-        gains=effort_sharing_law_data(law),
-        claims=[effort_sharing_claim(candidate)],
-        provenance=provenance(asked, {"joint analysis": candidate.words}),
+    document = sealed(
+        turbine_data(turbine, model_files("iea15mw")),
+        effort_sharing_law_data(law),
+        effort_sharing_claim(candidate),
     )
     checked = check_document(document)
 

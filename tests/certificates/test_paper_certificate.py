@@ -19,7 +19,6 @@ from takagi.certificates.claims.turbine.published import (
     with_overlaps,
 )
 from takagi.certificates.document.certificate_file import (
-    certificate_document,
     published_law_data,
     turbine_data,
 )
@@ -34,6 +33,7 @@ from takagi.models.laws.published.regional_schedule import (
     coupling_filter,
     regional_schedule,
 )
+from tests.certificates.kinds.claims import sealed
 from tests.paper_models import loop_rate, regional_models
 
 TURBINE = nrel5mw()
@@ -72,12 +72,7 @@ def candidate() -> PublishedCandidate:
 
 
 def document(law: PublishedLaw, claim: dict[str, Any]) -> dict[str, Any]:
-    return certificate_document(
-        model=turbine_data(TURBINE, ()),
-        gains=published_law_data(law),
-        claims=[claim],
-        provenance={"solver": {}},
-    )
+    return sealed(turbine_data(TURBINE, ()), published_law_data(law), claim)
 
 
 @cache

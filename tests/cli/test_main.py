@@ -16,12 +16,12 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.cli.command import guard
 from takagi.cli.main import VERBS, Verb, main
 from takagi.cli.progress import Step, StepLine, progress
 from takagi.cli.verbs.help import SUBJECTS
 from takagi.models import ModelError
+from tests.certificates.kinds.claims import sealed
 from tests.takagi_tool import path_with_takagi
 
 Capture = pytest.CaptureFixture[str]
@@ -177,8 +177,7 @@ def test_letters_that_the_terminal_lacks_are_escaped(encoding: str, tmp_path: Pa
     """A name in another alphabet is no error of takagi, on neither output."""
     model = {"kind": "takagi-sugeno", "sample_time": None, "state_names": ["x"], "A": [[[-1]]]}
     claim = {"name": "\u2200 \u03b4", "kind": "decay", "decay_rate": 0.5, "P": [[1]]}
-    document = certificate_document(model=model, gains=None, claims=[claim], provenance={})
-    (tmp_path / "c.json").write_text(json.dumps(document))
+    (tmp_path / "c.json").write_text(json.dumps(sealed(model, None, claim)))
 
     shown = run_shell(f"PYTHONIOENCODING={encoding} takagi check c.json", tmp_path)
     refused = run_shell(f"PYTHONIOENCODING={encoding} takagi check \u03b4.json", tmp_path)

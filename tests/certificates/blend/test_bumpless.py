@@ -16,11 +16,10 @@ from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.models.blending.substitution import blended_model
 from takagi.models.ramps import effort_ramp
 from tests.certificates.blend.test_effort_blend import design, draughty
-from tests.certificates.kinds.claims import resealed
+from tests.certificates.kinds.claims import Data, resealed
 from tests.models.blending.plants import plant_of
 from tests.models.library_plants import library_model
 
-Data = dict[str, Any]
 ABOUT = ("sector-embedding", "effort-blend", "bumpless")
 
 

@@ -28,10 +28,9 @@ from takagi.models.plant_simulation.runs import COMPLETE, ExperimentRun, run
 from takagi.reports.gains_file.envelope import plant_gain_file
 from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
 from takagi.reports.loops.plant_motion import Outside, experiment_of
-from tests.certificates.kinds.claims import resealed, verdicts
+from tests.certificates.kinds.claims import Data, resealed, verdicts
 from tests.models.blending.plants import ROOM, plant_of
 
-Data = dict[str, Any]
 GAIN = [[4.0, 6.0]]
 # The claims about model and blend alone.
 BLEND = "effort-blend"

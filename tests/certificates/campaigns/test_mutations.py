@@ -12,14 +12,14 @@ from typing import Any
 
 import pytest
 
-from tests.certificates.kinds.test_entering import NAMES, claims, plant
+from tests.certificates.kinds.claims import Data
+from tests.certificates.kinds.test_norms import NAMES, claims, plant
 
 ROOT = Path(__file__).resolve().parents[3]
 campaign: Any = import_module("mutations")
 damage: Any = import_module("damage")
 judge: Any = import_module("judge")
 mutated: Any = import_module("mutated")
-Data = dict[str, Any]
 
 
 @pytest.fixture(scope="module")

@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.certificates.kinds.claims import Data
+
 campaign: Any = import_module("mutations")
 damage: Any = import_module("damage")
 judge: Any = import_module("turbine_judge")
 reading: Any = import_module("turbine_loop")
-Data = dict[str, Any]
 Change = Callable[[Data], None]
 LOOP, WIND_RATE, ACTUATORS, RUNNING = range(4)
 

@@ -8,10 +8,9 @@ from collections.abc import Iterator
 from copy import deepcopy
 from typing import Any
 
-from tests.certificates.kinds.claims import resealed
+from tests.certificates.kinds.claims import Data, resealed
 from tests.certificates.recorded.answers import kinds, recorded
 
-Data = dict[str, Any]
 SHOWN = {"PROVED", "DISPROVED"}
 
 

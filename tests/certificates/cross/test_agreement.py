@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from copy import deepcopy
-from typing import Any
 
 import pytest
 
 from takagi.certificates.checker.replay.claim_kinds import KINDS
 from takagi.certificates.cross_check.comparison import cross_checked_document
 from tests.certificates.cross.documents import documents, mutants
-from tests.certificates.kinds.claims import resealed, verdicts
-
-Data = dict[str, Any]
+from tests.certificates.kinds.claims import Data, resealed, verdicts
 
 
 @pytest.fixture(scope="module", name="documents")

@@ -23,10 +23,8 @@ from takagi.cli.main import main
 from takagi.lmi import pdc
 from takagi.models import sector_model
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.kinds.claims import resealed
+from tests.certificates.kinds.claims import Data, resealed
 from tests.certificates.weights.cells import cubic
-
-Data = dict[str, Any]
 
 
 @pytest.fixture(scope="module")

@@ -16,11 +16,10 @@ from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError
 from takagi.certificates.coq.coq_export import CoqFile, coq_file, shorter, text_of
-from takagi.certificates.document.certificate_file import certificate_document, dumps
+from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.verbs.export import run as export_verb
-from tests.certificates.kinds.claims import model_data, resealed
+from tests.certificates.kinds.claims import Data, model_data, resealed, sealed
 
-Data = dict[str, Any]
 needs_coq = pytest.mark.skipif(shutil.which("coqc") is None, reason="coqc is not installed")
 
 
@@ -37,7 +36,7 @@ def small_certificate(decay_rate: float = 0.3) -> Data:
     decay = {"name": "any", "kind": "decay", "P": [[1, 0], [0, 1]], "decay_rate": decay_rate}
     ellipsoid: Data = {"name": "any", "kind": "invariant-ellipsoid", "P": [[1, 0], [0, 1]]}
     ellipsoid |= {"level": 1, "multiplier": 0.1}
-    return certificate_document(model=model, gains=None, claims=[decay, ellipsoid], provenance={})
+    return sealed(model, None, decay, ellipsoid)
 
 
 def exported(document: Data) -> CoqFile:

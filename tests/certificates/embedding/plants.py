@@ -10,10 +10,9 @@ from takagi.certificates import Checked, Claim
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
 from takagi.models import TSModel
-from tests.certificates.kinds.claims import as_read
+from tests.certificates.kinds.claims import as_read, sealed
 
 CLAIM = {"name": "the plant is its model", "kind": "sector-embedding"}
 
@@ -27,11 +26,7 @@ def embedding_outcome(model: Any, gains: Any = None, claim: Any = CLAIM) -> Outc
 
 
 def checked(model: TSModel) -> Checked:
-    return check_document(
-        certificate_document(
-            model=plant_data(model), gains=None, claims=[embedding_claim(model)], provenance={}
-        )
-    )
+    return check_document(sealed(plant_data(model), None, embedding_claim(model)))
 
 
 def changed(data: dict[str, Any], change: Callable[[dict[str, Any]], object]) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from takagi.models.files.library import built_in_kinds
 from takagi.models.ranges.expression_range import expression_range, expression_value
 from takagi.models.ts.premise import round_outward
 from tests.certificates.embedding.plants import checked, said_of
-from tests.certificates.kinds.claims import as_read
+from tests.certificates.kinds.claims import Data, as_read
 from tests.models.library_plants import library_model
 
 PLANTS = [name for name, kind in built_in_kinds().items() if kind == "plant"]
@@ -92,8 +92,6 @@ def test_a_law_with_other_weights_is_not_taken_for_one_with_the_models() -> None
     law["premises"][1]["expression"] = "cos(angle)"
     assert not read_model_loop(data, law).shared_weights
 
-
-Data = dict[str, Any]
 
 x, y, u, w, p = sp.symbols("x y u w p", real=True)
 P = sp.Rational(7, 3)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from takagi.certificates.checker import CertificateError
@@ -12,9 +10,7 @@ from takagi.certificates.checker.replay.loop_reading import read_model_loop
 from tests.certificates.embedding.plants import (
     one_state,
 )
-from tests.certificates.kinds.claims import as_read
-
-Data = dict[str, Any]
+from tests.certificates.kinds.claims import Data, as_read
 
 
 def loop_verdict(data: Data) -> str:

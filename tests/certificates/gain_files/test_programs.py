@@ -18,8 +18,7 @@ from takagi.certificates.checker.files import gain_file
 from takagi.certificates.checker.files.replacements import require_premises
 from takagi.certificates.checker.kernel import reader, refusal
 from takagi.certificates.checker.kernel.refusal import OtherGains
-from takagi.certificates.document.certificate_file import certificate_document
-from tests.certificates.kinds.claims import Data, law_data, model_data, verdicts
+from tests.certificates.kinds.claims import Data, law_data, model_data, verdict_of
 from tests.certificates.recorded.inputs import of_model, read_law
 
 
@@ -88,8 +87,7 @@ def test_gains_that_nothing_blends_have_no_program() -> None:
     A program without weights would command u = -1.5 x always, and x' = x/2 in rule 2.
     """
     claim = {"name": "d", "kind": "decay", "P": [[1]], "decay_rate": 0.4}
-    document = certificate_document(model=MODEL, gains=LAW, claims=[claim], provenance={})
-    assert verdicts(document) == ["PROVED"]
+    assert verdict_of(MODEL, LAW, claim) == "PROVED"
 
     with pytest.raises(CertificateError, match="no premises that say how they are blended"):
         steps(LAW)

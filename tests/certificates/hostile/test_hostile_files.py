@@ -18,7 +18,7 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.files.given_files import compare_model
-from takagi.certificates.document.certificate_file import certificate_document, dumps
+from takagi.certificates.document.certificate_file import dumps
 from tests.certificates.kinds.claims import resealed
 from tests.certificates.recorded.inputs import of_model, texts_of
 
@@ -30,7 +30,7 @@ def line(**claim: Any) -> Document:
     """Return a certificate of x' = -x, true unless ``claim`` says otherwise."""
     model = {"kind": "takagi-sugeno", "sample_time": None, "state_names": ["x"], "A": [[[-1]]]}
     own = {"name": "line", "kind": "decay", "decay_rate": 0.5, "P": [[1]], **claim}
-    return certificate_document(model=model, gains=None, claims=[own], provenance={})
+    return sealed(model, None, own)
 
 
 # Each file through the command line, in turn: status, standard output, standard error.

@@ -25,9 +25,12 @@ def law_data(K: Any, *, sample_time: Any = None, **others: Any) -> Data:
     return {"name": "pdc", "sample_time": sample_time, "state_names": names, "K": K, **others}
 
 
+def sealed(model: Data, gains: Data | None, *claims: Data) -> Data:
+    return certificate_document(model=model, gains=gains, claims=list(claims), provenance={})
+
+
 def said_of(model: Data, gains: Data | None, claim: Data) -> Claim:
-    document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
-    return check_document(document).claims[0]
+    return check_document(sealed(model, gains, claim)).claims[0]
 
 
 def as_read(data: Any) -> Any:
@@ -52,5 +55,4 @@ def verdicts(document: Mapping[str, Any]) -> list[str]:
 
 def verdict_of(model: Data, gains: Data | None, *claims: Data) -> str:
     """Return the verdict on the last claim; REFUSED where the file is refused."""
-    document = certificate_document(model=model, gains=gains, claims=list(claims), provenance={})
-    return verdicts(document)[-1]
+    return verdicts(sealed(model, gains, *claims))[-1]

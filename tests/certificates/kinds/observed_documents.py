@@ -10,7 +10,6 @@ import sympy as sp
 
 from takagi.certificates.checker import check_document
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_embedding import (
     law_members,
@@ -20,10 +19,7 @@ from takagi.certificates.document.plant_embedding import (
     slopes_data,
 )
 from takagi.models import Interval, Output, Plant, Variable, sector_model
-from tests.certificates.kinds.claims import law_data, model_data
-
-Data = dict[str, Any]
-
+from tests.certificates.kinds.claims import Data, law_data, model_data, sealed
 
 x, v, u = sp.symbols("x v u", real=True)
 
@@ -98,7 +94,3 @@ def of_cubic(data: Data | None = None, **changed: Any) -> tuple[Data, Data, Data
     claim |= {"P": [[1, 0], [0, 0.7]]}
     first = {"name": "cubic is its model", "kind": "sector-embedding"}
     return data or model, gains, first, slope_claim("cubic"), claim | changed
-
-
-def sealed(model: Data, gains: Data | None, *claims: Data) -> Data:
-    return certificate_document(model=model, gains=gains, claims=list(claims), provenance={})

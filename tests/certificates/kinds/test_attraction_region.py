@@ -20,10 +20,9 @@ from takagi.certificates.requests import AttractionRegion
 from takagi.lmi import StatePolynomial
 from takagi.lmi.sums_of_squares.attraction_set import multipliers
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, sector_model
-from tests.certificates.kinds.claims import verdicts
+from tests.certificates.kinds.claims import Data, verdicts
 from tests.certificates.weights.cells import plant_document
 
-Data = dict[str, Any]
 x, y, u, w = sp.symbols("x y u w", real=True)
 FILE = Path(__file__).with_name("van_der_pol_region.json")
 AMPLITUDE = 2.0086  # of the limit cycle of van der Pol's oscillator, Andersen and Geer (1982)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,11 +12,8 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker.arithmetic.exponential import exp_above, exp_below
-from takagi.certificates.requests import Decay
-from takagi.models import ModelError, TSModel
-from tests.certificates.kinds.claims import model_data, verdict_of
-
-Data = dict[str, Any]
+from takagi.models import TSModel
+from tests.certificates.kinds.claims import Data, model_data, verdict_of
 
 
 def sampled() -> tuple[Data, Data]:
@@ -93,16 +89,3 @@ def test_an_input_without_effect_changes_nothing() -> None:
 
     assert certify(model, [[5.0]], decay_rate=0.9).verdict is Verdict.PROVED
     assert certify(model, [[5.0]], decay_rate=1.1).verdict is Verdict.DISPROVED
-
-
-def test_misuse_is_refused() -> None:
-    """A negative rate, claims beside a rate, gains of another shape: the error says what to do."""
-    model = TSModel([[[-1.0]]], [[[1.0]]])
-    with pytest.raises(ModelError, match="a number >= 0"):
-        certify(model, decay_rate=-1)
-    with pytest.raises(ModelError, match="claims"):
-        certify(model, decay_rate=1, claims=[Decay()])
-    with pytest.raises(ModelError, match="at least one"):
-        certify(model, claims=[])
-    with pytest.raises(ModelError, match="shape"):
-        certify(model, gains=[[[1, 2]]])

@@ -18,9 +18,8 @@ from takagi.certificates.requests import ExitProbability
 from takagi.certificates.requests.attempts import attempted
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, sector_model
-from tests.certificates.kinds.claims import model_data, verdict_of
+from tests.certificates.kinds.claims import Data, model_data, verdict_of
 
-Data = dict[str, Any]
 Floats = Any
 x, w = sp.symbols("x w", real=True)
 

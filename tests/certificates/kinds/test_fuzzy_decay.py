@@ -10,9 +10,7 @@ import pytest
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.requests import Decay, FuzzyDecay
 from takagi.models import Premise, TSModel
-from tests.certificates.kinds.claims import model_data, said_of, verdict_of
-
-Data = dict[str, Any]
+from tests.certificates.kinds.claims import Data, model_data, said_of, verdict_of
 
 
 def scalar(p1: float, p2: float, **others: Any) -> Data:

@@ -10,10 +10,8 @@ import pytest
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.requests import GainRounding
-from takagi.models import ModelError, TSModel
-from tests.certificates.kinds.claims import law_data, model_data, verdict_of
-
-Data = dict[str, Any]
+from takagi.models import TSModel
+from tests.certificates.kinds.claims import Data, law_data, model_data, verdict_of
 
 
 def claim(**others: Any) -> Data:
@@ -75,13 +73,3 @@ def test_every_corner_of_the_roundings_decays(sample_time: float | None, absolut
             if sample_time is not None:
                 left = G.T @ P @ G - np.exp(-2 * rate * sample_time) * P
             assert np.linalg.eigvalsh(left).max() < 0
-
-
-def test_gains_are_needed_and_steps_of_their_shape() -> None:
-    """Misuse: no gains, a wrong shape, negative steps."""
-    model, K = loop(None)
-    with pytest.raises(ModelError, match="no gains"):
-        certify(TSModel([[[-1.0]]]), claims=[GainRounding()])
-    for steps in ([[1.0]], [[-1.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, 0.0]]):
-        with pytest.raises(ModelError, match="steps"):
-            certify(model, K, claims=[GainRounding(absolute=steps)])

@@ -6,12 +6,11 @@ from itertools import combinations_with_replacement, permutations, product
 from typing import Any
 
 import numpy as np
-import pytest
 
 from takagi.certificates.requests import InputLimits
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import pdc
-from takagi.models import ModelError, TSModel, sector_model
+from takagi.models import TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
 
 
@@ -79,13 +78,3 @@ def test_inputs_keep_their_limits_in_simulation() -> None:
     h = draw.dirichlet(np.full(len(gains), 0.2), size=2000)
     u = np.einsum("kr,rmn,nk->km", h, gains, x)
     assert 0.9 * claim["input_limits"][0] < np.abs(u).max() <= claim["input_limits"][0]
-
-
-def test_misuse_raises() -> None:
-    model, gains = mass()
-    with pytest.raises(ModelError, match="give gains"):
-        InputLimits().attempt(ClaimedLoop.of(model))
-    with pytest.raises(ModelError, match="1 positive"):
-        InputLimits(limits=[1.0, 2.0]).attempt(ClaimedLoop.of(model, gains))
-    with pytest.raises(ModelError, match="membership_rates"):
-        InputLimits(rates=True).attempt(ClaimedLoop.of(model, gains))

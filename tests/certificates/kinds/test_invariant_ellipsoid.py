@@ -21,10 +21,9 @@ from takagi.certificates.checker.words.ellipsoid_size import (
 from takagi.certificates.document.model_data import ts_model_data
 from takagi.certificates.requests import InvariantEllipsoid
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.models import ModelError, TSModel
-from tests.certificates.kinds.claims import model_data, said_of, verdict_of
+from takagi.models import TSModel
+from tests.certificates.kinds.claims import Data, model_data, said_of, verdict_of
 
-Data = dict[str, Any]
 LESS = 1 - 1e-12
 MORE = 1 + 1e-12
 
@@ -130,15 +129,6 @@ def test_emitted_box_lies_inside_the_models(end: Fraction, negative: bool) -> No
 
     assert side[0] <= low < high <= side[1]
     assert low - side[0] <= end * Fraction(1, 10**14)
-
-
-def test_misuse_raises() -> None:
-    with pytest.raises(ModelError, match="no box"):
-        InvariantEllipsoid().attempt(ClaimedLoop.of(TSModel([[[-1.0]]])))
-    with pytest.raises(ModelError, match="2 numbers"):
-        InvariantEllipsoid(disturbance_bounds=[1.0]).attempt(ClaimedLoop.of(wind_pushed()))
-    with pytest.raises(ModelError, match="symmetric"):
-        InvariantEllipsoid(P=np.eye(3)).attempt(ClaimedLoop.of(wind_pushed()))
 
 
 entries = st.lists(st.integers(-9, 9), min_size=9, max_size=9)

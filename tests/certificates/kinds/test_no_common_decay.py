@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from takagi.certificates import Verdict, certify
 from takagi.models import TSModel
-from tests.certificates.kinds.claims import law_data, model_data, verdict_of
+from tests.certificates.kinds.claims import Data, law_data, model_data, verdict_of
 
-Data = dict[str, Any]
 ALONE: Data = {"name": "x", "kind": "no-common-decay", "decay_rate": 0, "P": [[-1]]}
 
 

@@ -6,15 +6,13 @@ The plants have two states that differ, so that a smallest entry, a quotient or 
 from __future__ import annotations
 
 from math import pi
-from typing import Any
 
 import pytest
 
 from takagi.certificates import Verdict
 from takagi.certificates.checker.words.figure import Figure
-from tests.certificates.kinds.claims import law_data, model_data, said_of
+from tests.certificates.kinds.claims import Data, law_data, model_data, said_of
 
-Data = dict[str, Any]
 UNIT, TALL = [[1, 0], [0, 1]], [[4, 0], [0, 1]]
 PLANT: Data = {"A": [[[-1, 0], [0, -2]]]}
 TWO: Data = {"A": PLANT["A"] * 2}

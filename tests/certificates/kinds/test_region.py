@@ -11,9 +11,8 @@ from takagi.certificates import Verdict, certify
 from takagi.certificates.requests import Poles
 from takagi.lmi import EigenvalueRegion
 from takagi.models import TSModel
-from tests.certificates.kinds.claims import model_data, said_of, verdict_of
+from tests.certificates.kinds.claims import Data, model_data, said_of, verdict_of
 
-Data = dict[str, Any]
 HAIR = 1e-9
 # -1 +- 1j; normal, so that P = I shows whatever any P shows.
 SPIRAL = [[-1, 1], [-1, -1]]

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 from takagi.certificates import Verdict
 from takagi.certificates.requests import Transient
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.models import ModelError, TSModel
-from tests.certificates.kinds.claims import model_data, verdict_of
-
-Data = dict[str, Any]
+from takagi.models import TSModel
+from tests.certificates.kinds.claims import Data, model_data, verdict_of
 
 
 def plane() -> tuple[Data, Data]:
@@ -74,12 +70,3 @@ def test_loop_without_decay_is_not_claimed() -> None:
     for step in (None, 0.3):
         attempt = Transient().attempt(ClaimedLoop.of(TSModel([[[1.0]]], sample_time=step)))
         assert attempt.checked.verdict is Verdict.UNDECIDED
-
-
-def test_misuse_raises() -> None:
-    with pytest.raises(ModelError, match="between 0 and 1"):
-        Transient(settled_share=1.0)
-    with pytest.raises(ModelError, match="positive"):
-        Transient(decay_rate=0.0)
-    with pytest.raises(ModelError, match="1 positive"):
-        Transient(scales=[1.0, 2.0]).attempt(ClaimedLoop.of(TSModel([[[-1.0]]])))

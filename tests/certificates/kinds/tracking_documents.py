@@ -8,14 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.models import Plant
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.kinds.claims import resealed
+from tests.certificates.kinds.claims import Data, resealed, sealed
 from tests.plant_files import written
-
-Data = dict[str, Any]
-
 
 # An arm in gravity: what holds it at an angle depends on the angle and on its mass.
 ARM = """
@@ -101,7 +97,7 @@ def pure(
     gains |= {"input_names": ["u [-]"], "K": [[[3 + int(slope), 2]]]}
     gains |= {"trim": {"state": [0, 0], "input": [0]}, "references": [*model["references"]]}
     first = {"name": "embedding", "kind": "secant-embedding"}
-    return certificate_document(model=model, gains=gains, claims=[first], provenance={})
+    return sealed(model, gains, first)
 
 
 def at(document: Data | None = None, **numbers: Any) -> Data:

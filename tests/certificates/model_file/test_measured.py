@@ -18,11 +18,12 @@ from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.checker.files.plant_parts import compare_measured, uncertain_in
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document.certificate_file import certificate_document, content_of, dumps
+from takagi.certificates.document.certificate_file import content_of, dumps
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_embedding import law_members, observer_member, plant_data
 from takagi.models import sector_model
 from takagi.models.plant_files.loader import PlantFile, load_plant
+from tests.certificates.kinds.claims import sealed
 from tests.certificates.model_file.test_static_law import plant_nodes
 
 LISTED = 'measured = ["y"]'
@@ -67,9 +68,8 @@ def certified(folder: Path, listed: str, measured: list[str]) -> Path:
         {"name": "l", "kind": "observed-loop", "level": 0.2, "decay_rate": 0,
          "P": [[1, 0], [0, 20]]},
     ]  # fmt: skip
-    document = certificate_document(model=data, gains=gains, claims=claims, provenance={})
     found = folder / "certificate.json"
-    found.write_text(dumps(document), encoding="utf-8")
+    found.write_text(dumps(sealed(data, gains, *claims)), encoding="utf-8")
     return found
 
 

@@ -10,10 +10,10 @@ from flint import fmpq, fmpq_mat
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker import CertificateError, check_document
+from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.problem.conic_problem import Block, corrected, triangle
-from takagi.certificates.document.certificate_file import certificate_document
+from tests.certificates.kinds.claims import said_of
 
 ENTRY = st.fractions(-4, 4, max_denominator=5)
 
@@ -68,8 +68,7 @@ def bound_within(sense: str, **members: Any) -> Any:
         "blocks": [{"cone": "nonnegative", "size": 2, "entries": entries}],
     }
     claim = {"name": "b", "kind": "optimum-bound", "point": [0.9, 3.02], "basis": []} | members
-    document = certificate_document(model=model, gains=None, claims=[claim], provenance={})
-    return check_document(document).claims[0]
+    return said_of(model, None, claim)
 
 
 @pytest.mark.parametrize(("sense", "sign"), [("minimise", 1), ("maximise", -1)])
@@ -95,6 +94,5 @@ def test_more_variables_than_are_read() -> None:
     model = {"kind": "conic-problem", "name": "n", "objective": [1] * 2001, "offset": 0}
     model |= {"sense": "minimise", "blocks": [{"cone": "zero", "size": 1, "entries": []}]}
     claim = {"name": "p", "kind": "feasible-point", "point": [0] * 2001, "basis": []}
-    document = certificate_document(model=model, gains=None, claims=[claim], provenance={})
     with pytest.raises(CertificateError, match="variables"):
-        check_document(document)
+        said_of(model, None, claim)

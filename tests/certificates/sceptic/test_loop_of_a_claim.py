@@ -8,8 +8,7 @@ from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.reader import MOST_CLAIMS
 from takagi.certificates.checker.loop.polytopic_loop import bounded
-from takagi.certificates.document.certificate_file import certificate_document
-from tests.certificates.kinds.claims import Data, model_data, said_of
+from tests.certificates.kinds.claims import Data, model_data, said_of, sealed, verdicts
 
 ONE = [[1, 0], [0, 1]]
 KEPT: Data = {"name": "a", "P": ONE, "level": 1, "multiplier": 1, "disturbance": "inputs"}
@@ -25,14 +24,9 @@ def test_limit_of_work_has_two_sides() -> None:
 def test_more_claims_than_a_chain_has_are_refused() -> None:
     claim = {"name": "a", "kind": "decay", "P": [[1]], "decay_rate": 0}
     model = model_data([[[-1]]])
-    most, more = (
-        certificate_document(model=model, gains=None, claims=[claim] * count, provenance={})
-        for count in (MOST_CLAIMS, MOST_CLAIMS + 1)
-    )
-
-    assert len(check_document(most).claims) == MOST_CLAIMS
+    assert len(verdicts(sealed(model, None, *[claim] * MOST_CLAIMS))) == MOST_CLAIMS
     with pytest.raises(CertificateError, match="claims"):
-        check_document(more)
+        check_document(sealed(model, None, *[claim] * (MOST_CLAIMS + 1)))
 
 
 def test_polynomial_of_many_terms_is_refused_before_it_is_made() -> None:

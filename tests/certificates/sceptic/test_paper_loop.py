@@ -22,7 +22,6 @@ from takagi.certificates.checker.turbine.published.inputs import STATES, Overlap
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop
 from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.certificates.document.certificate_file import (
-    certificate_document,
     published_law_data,
     turbine_data,
 )
@@ -30,6 +29,7 @@ from takagi.models import nrel5mw
 from takagi.models.laws.published import law as model
 from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule
 from takagi.models.ramps import Shape
+from tests.certificates.kinds.claims import sealed
 from tests.paper_models import loop_rate, regional_models
 
 Floats = NDArray[np.float64]
@@ -65,12 +65,7 @@ def law_of(shape: Shape) -> model.PublishedLaw:
 def read_of(shape: Shape) -> tuple[Plant, PublishedLaw]:
     from json import dumps
 
-    document = certificate_document(
-        model=turbine_data(TURBINE, ()),
-        gains=published_law_data(law_of(shape)),
-        claims=[{}],
-        provenance={},
-    )
+    document = sealed(turbine_data(TURBINE, ()), published_law_data(law_of(shape)), {})
     data = read_text(dumps(document), "certificate")
     # A drive of any speed, so that boxes far from rest are not refused for the limit of its rate.
     plant = replace(Plant.read(data["model"]), rate_limit=Fraction(1000))

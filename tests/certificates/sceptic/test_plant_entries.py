@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any
 
 import pytest
 import sympy as sp
@@ -23,6 +22,7 @@ from tests.certificates.embedding.plants import (
     changed,
     said_of,
 )
+from tests.certificates.kinds.claims import Data
 from tests.symbolic_plants import plant_of
 
 TRUE = [
@@ -96,9 +96,6 @@ def test_a_large_number_is_left_whole(number: str) -> None:
     """It takes no time, and says no more than that equal roots are equal."""
     assert equal(f"sqrt({number})*sqrt(2*h)", f"sqrt(2)*sqrt({number}*h)") in (True, False)
     assert not equal(f"sqrt({number})", f"sqrt({number} + 1)")
-
-
-Data = dict[str, Any]
 
 
 def two_states(

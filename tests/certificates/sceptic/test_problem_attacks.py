@@ -19,14 +19,12 @@ from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.problem import conic_problem
 from takagi.certificates.checker.problem.conic_problem import HALF_ROOT, UNIT
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.lmi import save_cvxpy
 from takagi.lmi.problem_files.problem import ConicProblem
 from takagi.lmi.problem_files.reading import read_problem_file
 from takagi.models.errors import ModelError
-from tests.certificates.kinds.claims import resealed
+from tests.certificates.kinds.claims import Data, resealed, sealed
 
-Data = dict[str, Any]
 LINE = {"cone": "nonnegative", "size": 2, "entries": [[0, 0, -1], [1, 0, 1], [0, 1, 3], [1, 1, -1]]}
 
 
@@ -37,7 +35,7 @@ def problem(*blocks: Data, objective: Any = (1,), **members: Any) -> Data:
 
 def document(model: Data, kind: str, point: Any, **members: Any) -> Data:
     claim = {"name": "forged", "kind": kind, "point": list(point), "basis": [], **members}
-    return certificate_document(model=model, gains=None, claims=[claim], provenance={})
+    return sealed(model, None, claim)
 
 
 def verdict(model: Data, kind: str, point: Any, **members: Any) -> str:

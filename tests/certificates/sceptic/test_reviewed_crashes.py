@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify, check
-from takagi.certificates.document.certificate_file import certificate_document, dumps
+from takagi.certificates.document.certificate_file import dumps
 from takagi.certificates.requests import (
     Decay,
     FuzzyDecay,
@@ -29,9 +29,8 @@ from takagi.cli.main import main
 from takagi.lmi import EigenvalueRegion
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.kinds.claims import model_data, resealed, said_of, verdicts
+from tests.certificates.kinds.claims import Data, model_data, resealed, said_of, sealed, verdicts
 
-Data = dict[str, Any]
 LINEAR = """format = 1
 kind = "plant"
 units = "unchecked"
@@ -176,10 +175,7 @@ def test_name_in_the_box_is_one_line(
 ) -> None:
     """The sentence on the set names what of the box is taken for granted, as it stands."""
     path = tmp_path / "certificate.json"
-    document = certificate_document(
-        model=boxed(name), gains=None, claims=[INVARIANT], provenance={}
-    )
-    path.write_text(dumps(resealed(document)))
+    path.write_text(dumps(resealed(sealed(boxed(name), None, INVARIANT))))
     named = [*options, str(tmp_path / "junit.xml")] if "--junit" in options else options
 
     status = main(["check", str(path), *named])
@@ -215,7 +211,7 @@ def of_plant(equation: str) -> Data:
     model |= {"inputs": [], "disturbances": [], "outputs": [], "parameters": {}}
     model |= {"equations": [equation], "embedding": {"premises": [], "A": [["-1"]]}}
     claims = [{"name": "e", "kind": "sector-embedding"}]
-    return certificate_document(model=model, gains=None, claims=claims, provenance={})
+    return sealed(model, None, *claims)
 
 
 def power_of_ten(digits: int) -> str:
@@ -249,8 +245,7 @@ def forged_name(folder: Path) -> Path:
     """Return a certificate that is true and whose claim has a name that says more."""
     path = folder / "certificate.json"
     decay = {"name": FORGED, "kind": "decay", "P": [[1]], "decay_rate": 0}
-    document = certificate_document(model=boxed(), gains=None, claims=[decay], provenance={})
-    path.write_text(dumps(document))
+    path.write_text(dumps(sealed(boxed(), None, decay)))
     return path
 
 

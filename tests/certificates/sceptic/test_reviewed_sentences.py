@@ -18,13 +18,19 @@ from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.replay.loop_reading import read_model_loop
 from takagi.certificates.checker.words.rounded import exactly
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import InputLimits, L2Gain, Peak
 from takagi.certificates.requests.request import Request
 from takagi.models import Plant, TSModel, load_model, sector_model
-from tests.certificates.kinds.claims import as_read, law_data, model_data, said_of, verdict_of
+from tests.certificates.kinds.claims import (
+    Data,
+    as_read,
+    law_data,
+    model_data,
+    said_of,
+    sealed,
+    verdict_of,
+)
 
-Data = dict[str, Any]
 REST_U = "here u is u - u*, with * for the point of rest"
 REST_W = "here w is w - w*, with * for the point of rest"
 REST_Y = "here y is y less its value at rest"
@@ -32,8 +38,7 @@ ITO = "in Ito's sense"
 
 
 def outcome(model: Data, gains: Data | None, claims: list[Data]) -> tuple[list[str], str]:
-    document = certificate_document(model=model, gains=gains, claims=claims, provenance={})
-    found = check_document(document).claims
+    found = check_document(sealed(model, gains, *claims)).claims
     return [one.text for one in found], found[-1].verdict.name
 
 
@@ -323,8 +328,7 @@ def test_premises_that_are_the_noise_prove_nothing() -> None:
 
 
 def outcomes(model: Data, gains: Data | None, *claims: Data) -> tuple[Claim, ...]:
-    document = certificate_document(model=model, gains=gains, claims=list(claims), provenance={})
-    return tuple(check_document(document).claims)
+    return tuple(check_document(sealed(model, gains, *claims)).claims)
 
 
 def noisy(premise: str) -> Data:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
@@ -17,9 +16,9 @@ from takagi.certificates.checker.turbine.effort_sharing.set_points import Cell, 
 from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.models import nrel5mw
 from takagi.models.turbine.data import rotor_torque
+from tests.certificates.kinds.claims import Data
 from tests.certificates.recorded.answers import recorded
 
-Data = dict[str, Any]
 PROVED = next(text for answer, text in recorded("set-points") if answer[0] == ["PROVED"])
 RATED_TORQUE = 43093.55
 

@@ -21,10 +21,9 @@ from takagi.certificates.checker.turbine.running_loop.inputs import (
 )
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
 from takagi.certificates.checker.words.running_loop import measured
+from tests.certificates.kinds.claims import Data
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import Change, entry
-
-Data = dict[str, Any]
 
 
 @cache

@@ -11,7 +11,6 @@ import sympy as sp
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_embedding import (
     embedding_claim,
@@ -30,8 +29,8 @@ from takagi.models import (
     sector_model,
     table_function,
 )
+from tests.certificates.kinds.claims import Data, sealed
 
-Data = dict[str, Any]
 x, u, w = sp.symbols("x u w", real=True)
 GAINS = [[[1.0]], [[1.5]]]
 SET = {"P": [[1]], "level": 1, "multiplier": 0.5}
@@ -156,7 +155,7 @@ def cell_document(kind: str, form: str) -> Data:
     model, law, before = observed(kind, form, column(form))
     gains = None if (kind, form) in LAWLESS else law
     claims = [*before, claim_of(kind)]
-    return certificate_document(model=model, gains=gains, claims=claims, provenance={})
+    return sealed(model, gains, *claims)
 
 
 def plant_document(
@@ -168,7 +167,7 @@ def plant_document(
         law = pdc_law_data(model, np.array(gains, dtype=float)) | law_members(data)
     named = {"name": claim["kind"], **claim}
     claims = [embedding_claim(model), named]
-    return certificate_document(model=data, gains=law, claims=claims, provenance={})
+    return sealed(data, law, *claims)
 
 
 @cache
