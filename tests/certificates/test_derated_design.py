@@ -136,22 +136,6 @@ def test_so_does_a_bandwidth_that_has_grown() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"torque_overlap": 9000.0}, "at most 8618.72 N m is needed"),
-        ({"speed_overlap": 5.0}, "pitch would act at every wind from 3 m/s on"),
-        ({"speed_overlap": 0.6, "ramp_placement": 0.99}, "pitch acts fully at no speed"),
-        ({"ramp_placement": 1.0}, "no equilibrium at 11.45 to 25 m/s; try 0"),
-    ],
-)
-def test_overlaps_of_the_coupling_filter_that_leave_no_law(
-    changes: dict[str, float], words: str
-) -> None:
-    """What is needed, and at which winds."""
-    assert words in told(replace(ASKED, law="paper", **changes))  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
         ({"rated_torque": 2e5, "maximum_torque": 3e5}, "rated torque must lie between"),
         ({"rated_torque": 4000.0}, "none exists"),
         ({"pitch_max": 0.1745}, "no steady state at wind 15 m/s"),

@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from takagi.cli.main import main
-from tests.cli.cubic import CUBIC
-from tests.cli.test_certify import NOISY_ROD, ROD
+from tests.cli.cubic import CUBIC, NOISY_ROD, ROD
 
 PLANTS = {"cubic.toml": CUBIC, "noisy.toml": NOISY_ROD, "rod.toml": ROD}
 # Verb and model, then options => what the message has, several texts between ampersands.
@@ -26,6 +25,7 @@ design nrel5mw
     --overlap 0.2 => below 0.09547 rad/s^2 is needed
     --law paper --torque-overlap 9000 => at most 8618.72 N m is needed
     --law paper --speed-overlap 5 => at every wind from 3 m/s on; try 0.11
+    --law paper --speed-overlap 0.6 --ramp-placement 0.99 => pitch acts fully at no speed
     --law paper --ramp-placement 1 => no equilibrium at 11.45 to 25 m/s
     --law papr => choose one of coherent, paper
     --law paper --overlap 0.1 => option --overlap belongs to the effort-sharing law
@@ -65,6 +65,9 @@ certify rod.toml
     --tolerance= => --tolerance
 certify nrel5mw
     --sample-time 10ms => --sample-time is about a plant
+    --gains no.json --bandwidth 0.4 => --bandwidth is about designing gains
+    --gains rod.toml => not JSON
+    --gains no.json => cannot be read
 sweep nrel5mw
     --law papr --over overlap=0.01 => --law papr & effort-sharing, schulte
     --law effort-sharing => no axis was given: add --over & overlap, bandwidth
@@ -146,6 +149,7 @@ design cubic.toml
     --input-limit x=1 => there is no x
 certify cubic.toml
     --gains none.json --law coherent => --law is about a wind turbine
+    --gains no.json --decay-rate 1 => option --decay-rate is about designing gains
     --inertia 0.9 1.1 => about a wind turbine
 simulate truck_trailer
     --sample-time 1s => its law runs every 2 s already
