@@ -44,6 +44,10 @@ design nrel5mw
     --one-step --two-step => leave one of the two out
     --two-step --law paper => --two-step belongs to the effort-sharing law
     --damping 0.7 => --damping is about a plant
+design nrel5wm
+    => did you mean 'nrel5mw'?
+design no.toml
+    => no.toml: no such file; check the path
 certify noisy.toml
     --noise gust=1 => horizon is missing
     --horizon 10s => noise is missing
@@ -172,7 +176,7 @@ tune cart_pole
 def misuses() -> Iterator[tuple[str, str]]:
     verb = ""
     for line in MISUSE.strip().splitlines():
-        options, _, words = line.strip().partition(" => ")
+        options, _, words = line.strip().partition("=> ")
         if words:
             yield f"{verb} {options}", words
         else:

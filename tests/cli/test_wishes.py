@@ -212,36 +212,56 @@ def test_least_effort_keeps_less_than_the_limit_from_the_initial_box(plant_file:
     assert certified(plant_file, PENDULUM, *half)[0] == 1
 
 
+def measured(*names: str, damping: float = 2.0, gravity: float = 2.0) -> str:
+    listed = ", ".join(f'"{name}"' for name in names)
+    text = PENDULUM.replace('kind = "plant"', f'kind = "plant"\nmeasured = [{listed}]')
+    return text.replace("value = 0.1", f"value = {damping}").replace("9.81", f"{gravity}")
+
+
+UNMOVED = INTEGRATOR.replace('[disturbances]\nw = { unit = "m/s" }\n', "").replace("u + w", "u")
+BOTH = '{ name = "both", expression = "theta + omega*l/v", unit = "rad" }'
+
+
+def controlled(text: str, controller: str) -> str:
+    return f'{text}v = {{ value = 1, unit = "m/s" }}\n[design]\ncontroller = {controller}\n'
+
+
 @pytest.mark.parametrize(
-    ("options", "words"),
+    ("text", "options", "words"),
     [
-        ("--norm-below 3", "norm_below was given, which is about a norm, but objective is not"),
-        ("--objective hinff", "did you mean 'hinf'"),
-        ("--objective hinf --performance tetha", "did you mean 'theta'?); the plant has theta"),
-        ("--objective hinf --disturbances tau", "the plant has gust, shake"),
-        ("--objective hinf --performance theta,theta", "performance has theta twice"),
-        ("--objective hinf --norm-below -1", "a positive number is needed"),
-        ("--objective hinf --decay-rate max", "both ask for the best"),
-        ("--objective decay --settle 2s", "leave one out"),
+        *((PENDULUM, options, words) for options, words in (
+            ("--norm-below 3", "norm_below was given, which is about a norm, but objective is not"),
+            ("--objective hinff", "did you mean 'hinf'"),
+            ("--objective hinf --performance tetha", "did you mean 'theta'?); the plant has theta"),
+            ("--objective hinf --disturbances tau", "the plant has gust, shake"),
+            ("--objective hinf --performance theta,theta", "performance has theta twice"),
+            ("--objective hinf --norm-below -1", "a positive number is needed"),
+            ("--objective hinf --decay-rate max", "both ask for the best"),
+            ("--objective decay --settle 2s", "leave one out"),
+        )),
+        (UNMOVED, "--objective h2", "write one in [disturbances]"),
+        (measured("theta"), "--objective hinf", "has an observer"),
+        *((controlled(measured("theta"), controller), "", words) for controller, words in (
+            ("{ order = 0 }", "or the number of the controller's states"),
+            ("{ order = 1.5 }", "or the number of the controller's states"),
+            ("{ states = 2 }", "or the number of the controller's states"),
+            ("{ order = 3 }", "has 2 states, and more are of no use"),
+            ('"dynamic"', "'dynamic' was given; \"static\" is needed"),
+        )),
+        (controlled(PENDULUM, "{ order = 1 }"), "", "the plant has no field measured"),
+        (controlled(PENDULUM, '"static"'), "", "the plant has no field measured"),
+        (controlled(measured("theta").replace('"theta"', BOTH, 1), '"static"'), "",
+         "both is measured and is no state"),
+        *((measured("theta"), f"--controller {order}",
+           "or order=2 for a controller with two states")
+          for order in ("2.5", "order=0", "order=-1", "order=two", "order")),
     ],
-)
+)  # fmt: skip
 def test_messages_say_what_to_do(
-    options: str, words: str, plant_file: Path, capsys: Capture
+    text: str, options: str, words: str, plant_file: Path, capsys: Capture
 ) -> None:
-    assert certified(plant_file, PENDULUM, *options.split())[0] == 2
+    assert certified(plant_file, text, *options.split())[0] == 2
     assert words in capsys.readouterr().err
-
-
-def test_a_plant_that_no_disturbance_moves_has_no_norm(plant_file: Path, capsys: Capture) -> None:
-    text = INTEGRATOR.replace('[disturbances]\nw = { unit = "m/s" }\n', "").replace("u + w", "u")
-
-    assert certified(plant_file, text, "--objective", "h2")[0] == 2
-    assert "write one in [disturbances]" in capsys.readouterr().err
-
-
-def test_objectives_are_for_laws_of_all_states(plant_file: Path, capsys: Capture) -> None:
-    assert certified(plant_file, measured("theta"), "--objective", "hinf")[0] == 2
-    assert "has an observer" in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -257,12 +277,6 @@ def test_given_gains_have_a_norm_too(plant_file: Path, tmp_path: Path, capsys: C
 
     assert status == 0 and claim_of(claims, "h2-norm")["norm"] > 0
     assert certified(plant_file, PENDULUM, *gains, "--objective", "effort")[0] == 2
-
-
-def measured(*names: str, damping: float = 2.0, gravity: float = 2.0) -> str:
-    listed = ", ".join(f'"{name}"' for name in names)
-    text = PENDULUM.replace('kind = "plant"', f'kind = "plant"\nmeasured = [{listed}]')
-    return text.replace("value = 0.1", f"value = {damping}").replace("9.81", f"{gravity}")
 
 
 @pytest.mark.slow
@@ -296,39 +310,6 @@ def test_static_gains_and_a_damper_that_is_missing(plant_file: Path, capsys: Cap
     plant_file.with_name("certificate.json").unlink()
     status, claims = certified(plant_file, measured("theta", damping=1e-9), *static)
     assert status == 1 and not any(c["kind"] == "decay" and c["decay_rate"] > 0 for c in claims)
-
-
-@pytest.mark.parametrize(
-    ("listed", "controller", "words"),
-    [
-        ('measured = ["theta"]', "{ order = 0 }", "or the number of the controller's states"),
-        ('measured = ["theta"]', "{ order = 1.5 }", "or the number of the controller's states"),
-        ('measured = ["theta"]', "{ states = 2 }", "or the number of the controller's states"),
-        ('measured = ["theta"]', "{ order = 3 }", "has 2 states, and more are of no use"),
-        ('measured = ["theta"]', '"dynamic"', "'dynamic' was given; \"static\" is needed"),
-        ("", "{ order = 1 }", "the plant has no field measured"),
-        ("", '"static"', "the plant has no field measured"),
-        (
-            'measured = [{ name = "both", expression = "theta + omega*l/v", unit = "rad" }]',
-            '"static"',
-            "both is measured and is no state",
-        ),
-    ],
-)
-def test_controllers_that_are_none(
-    listed: str, controller: str, words: str, plant_file: Path, capsys: Capture
-) -> None:
-    text = PENDULUM.replace('kind = "plant"', f'kind = "plant"\n{listed}')
-    text += 'v = { value = 1, unit = "m/s" }\n' + f"[design]\ncontroller = {controller}\n"
-
-    assert certified(plant_file, text)[0] == 2
-    assert words in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("order", ["2.5", "order=0", "order=-1", "order=two", "order"])
-def test_orders_that_are_none(order: str, plant_file: Path, capsys: Capture) -> None:
-    assert certified(plant_file, measured("theta"), "--controller", order)[0] == 2
-    assert "or order=2 for a controller with two states" in capsys.readouterr().err
 
 
 @pytest.mark.slow
