@@ -18,7 +18,7 @@ from takagi.certificates.document.certificate_file import (
     effort_sharing_law_data,
     turbine_data,
 )
-from takagi.lmi.turbine.effort import EffortSettings, effort_gains
+from takagi.lmi.turbine.effort import effort_gains
 from takagi.models import Floats, Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
@@ -52,15 +52,6 @@ def built() -> Built:
     schedule = effort_schedule(turbine)
     law = EffortSharingLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
     return certified(law, P=np.array(FUNCTION) / SHRINK)
-
-
-@pytest.fixture(scope="session")
-def fast_built() -> Built:
-    """Return the same of a law that answers faster: half the share, twice the integral."""
-    turbine = nrel5mw()
-    schedule = effort_schedule(turbine, effectiveness_share=0.6)
-    gains = effort_gains(turbine, schedule, EffortSettings(integral_share=0.3)).gains
-    return certified(EffortSharingLaw.of(turbine, schedule, gains, wind_filter=5.0))
 
 
 def certified(law: EffortSharingLaw, P: Floats | None = None) -> Built:

@@ -84,31 +84,6 @@ def test_both_signs_of_the_lag_disturbance_are_checked(
     assert found
 
 
-def test_the_moving_schedule_widens_the_lag(built: Any) -> None:
-    """|b'/b| v_s' is taken from T's lower end: what rests is allowed, what moves is refused."""
-    P, cells = built.candidate.P.tolist(), built.document["claims"][0]["cells"]
-    found = 0
-    for cell in cells:
-        slope = {"effectiveness_slope": 1.05 * cell["lag_rate"][0], "wind_rate": 1.0}
-        slope["effectiveness_slope"] = round(slope["effectiveness_slope"], 7)
-        # The rate counts in the matrix alone: no disturbance by it.
-        quiet = cell | slope | {"reference_slope": 0.0, "lag_disturbance": 0.0}
-        half = 0.5 * cell["wind_error"]
-        if decided(quiet, P, half, 0.0, cell["multiplier"]) == "":
-            found += 1
-            assert "invariance" in decided(quiet, P, half, 1.0, cell["multiplier"])
-    assert found > 60
-
-
-def test_an_equilibrium_outside_the_set_is_refused(built: Any) -> None:
-    """P_33 (kappa r / Gamma)^2 >= 1: the tables' residual would move the rest out of the set."""
-    claim = built.document["claims"][0]
-    cell = claim["cells"][-1] | {"residual": 0.05}
-
-    assert "equilibrium" in decided(cell, claim["P"], 0.0, 0.0, 0.05)
-    assert "equilibrium" not in decided(claim["cells"][-1], claim["P"], 0.0, 0.0, 0.05)
-
-
 @pytest.mark.parametrize("wrong", [0, 0.02], ids=["table's c_P", "c_P 2 % off"])
 def test_the_residual_bound_covers_the_torque_that_the_tables_leave(
     built: Any, wrong: float
@@ -143,25 +118,3 @@ def test_a_set_that_may_demand_negative_torque_is_refused(built: Any) -> None:
 
     assert not first_failure(loop(built.document, 0).limits())
     assert "negative torque" in first_failure(loop(built.document, 0, speed_signal=wide).limits())
-
-
-def test_a_set_that_may_demand_too_much_pitch_is_refused(built: Any) -> None:
-    """The pitch band of the last cell against a limit just inside it."""
-    last, low = len(built.law.schedule.wind) - 2, Fraction("0.4")
-
-    assert not first_failure(loop(built.document, last).limits())
-    assert "pitch" in first_failure(loop(built.document, last, pitch_max=low).limits())
-
-
-def test_the_moving_reference_is_a_disturbance(built: Any) -> None:
-    """A cell where more of the moving reference is left than stated is refused."""
-    P, found = built.candidate.P.tolist(), 0
-    for cell in built.document["claims"][0]["cells"]:
-        if cell["reference_slope"] == 0:
-            continue
-        found += 1
-        error, rate, alpha = cell["wind_error"], cell["wind_rate"], cell["multiplier"]
-        more = cell | {"reference_slope": round(cell["reference_slope"] + 0.02 / rate, 7)}
-        assert decided(cell, P, error, rate, alpha) == ""
-        assert "invariance" in decided(more, P, error, rate, alpha)
-    assert found > 5

@@ -13,6 +13,7 @@ from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker import check_document
 from takagi.certificates.claims.turbine.published import (
     PublishedCandidate,
+    PublishedSearch,
     merged,
     published_candidate,
     published_claim,
@@ -22,7 +23,7 @@ from takagi.certificates.document.certificate_file import (
     published_law_data,
     turbine_data,
 )
-from takagi.models import nrel5mw
+from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.published.law import (
     PublishedLaw,
     equilibrium,
@@ -69,6 +70,20 @@ def make_law(placement: float = 0.5) -> PublishedLaw:
 @cache
 def candidate() -> PublishedCandidate:
     return published_candidate(make_law(), winds=WINDOWS)
+
+
+def test_what_no_enclosure_covers_is_refused() -> None:
+    """The filter's other variant, and gains that depend on the premise d."""
+    law, coupling = make_law(), coupling_filter(TURBINE, variant="sector")
+    other = published_law(TURBINE, partial=law.partial, full=law.full, coupling=coupling)
+    with pytest.raises(ModelError, match="saturated"):
+        PublishedSearch.of(other)
+    tilted = regional_schedule(
+        TURBINE, law.partial.model, k_x=-8e4 - np.arange(4.0)[:, None], k_I=-9e3 * np.ones(4)
+    )
+    other = published_law(TURBINE, partial=tilted, full=law.full, coupling=law.coupling)
+    with pytest.raises(ModelError, match="corners of d"):
+        PublishedSearch.of(other)
 
 
 def document(law: PublishedLaw, claim: dict[str, Any]) -> dict[str, Any]:

@@ -13,7 +13,8 @@ from flint import arb, ctx
 from takagi.certificates.checker.arithmetic import elementary, exponential, logarithm
 from takagi.certificates.checker.arithmetic.elementary import function_of
 from takagi.certificates.checker.arithmetic.exponential import FINE
-from takagi.certificates.checker.arithmetic.interval import ONE, Interval, point
+from takagi.certificates.checker.arithmetic.interval import ONE, Interval, enclose, point
+from takagi.certificates.checker.arithmetic.monotone import PI_FINE
 from takagi.certificates.checker.arithmetic.powers import root
 from takagi.certificates.checker.kernel.refusal import Refused
 
@@ -107,11 +108,34 @@ def test_a_root(q: int) -> None:
         ("tan", 1, 2),
         ("tan", -1, 2),
         ("tan", 0, 3),
+        ("tan", -10, 10),
+        # Or too large a one.
+        ("exp", 0, 701),
+        ("sin", 0, 10**7),
     ],
 )
 def test_what_has_no_value_is_refused(name: str, low: int, high: int) -> None:
     with pytest.raises(Refused):
         function_of(name)(Interval(low * ONE, high * ONE))
+
+
+def test_sine_and_cosine_reach_one_exactly_between_their_ends() -> None:
+    """The extremes themselves are exact, so that bounds such as 1 can be proved."""
+    for name, low, high, extreme in (
+        ("sin", "1", "2", ONE), ("cos", "-1", "1", ONE), ("cos", "3", "4", -ONE)
+    ):  # fmt: skip
+        assert extreme in function_of(name)(enclose(Fraction(low), Fraction(high)))
+    assert function_of("sin")(enclose(Fraction(0), Fraction(157, 100)))[1] < ONE
+
+
+def test_pi_is_that_of_machin() -> None:
+    """Machin (1706): pi/4 = 4 atan(1/5) - atan(1/239), here with rational partial sums."""
+
+    def atan_of(n: int) -> Fraction:
+        terms = (Fraction((-1) ** k, (2 * k + 1) * n ** (2 * k + 1)) for k in range(40))
+        return sum(terms, Fraction(0))
+
+    assert PI_FINE <= (16 * atan_of(5) - 4 * atan_of(239)) * 10**48 < PI_FINE + 1
 
 
 Point = Callable[[int], tuple[int, int]]

@@ -13,7 +13,6 @@ from takagi.certificates.claims.turbine.published import published_candidate, pu
 from takagi.models.laws.protocol import Measurement
 from tests.certificates.kinds.claims import resealed
 from tests.certificates.test_paper_certificate import document, make_law
-from tests.paper_models import loop_rate
 
 # Partial load; the ramp of f_1, where both act; full load.
 WINDOWS = ((8.0, 8.06), (11.6, 11.61), (20.0, 20.06))
@@ -44,37 +43,6 @@ def test_it_is_proved_and_tells_jumps_and_rates() -> None:
         assert float(largest.value) == max(cell[name] for cell in cells)
     assert "at constant wind" in found.claims[1].text
     assert "neither the torque asked for nor the pitch asked for jumps" in found.claims[1].text
-
-
-def test_the_law_on_the_plant_moves_no_faster() -> None:
-    """Differences of the law's own commands along the plant's motion, 200 states of every set."""
-    law, draw, step = make_law(), np.random.default_rng(4), 1e-6
-    loop, rates = certificate()["claims"]
-    used: dict[str, list[float]] = {name: [] for name in RATES}
-    for cell, bound in zip(loop["cells"], rates["cells"], strict=True):
-        root = np.linalg.cholesky(np.linalg.inv(np.array(cell["P"])))
-        edge = dict.fromkeys(RATES, 0.0)
-        for _ in range(200):
-            share, way = draw.uniform(), draw.normal(size=3)
-            v = cell["wind"][0] + share * (cell["wind"][1] - cell["wind"][0])
-            first, last = np.array(cell["centre"])
-            y = root @ (way / np.linalg.norm(way))
-            z = first + share * (last - first) + np.array(cell["box"]) * y
-            if z[1] < law.turbine.pitch_min:
-                continue
-            moves = loop_rate(law, v, z)
-            before, after = (
-                law.command(at[2:], Measurement(float(at[0]), float(at[1]), v))
-                for at in (z - step * moves, z + step * moves)
-            )
-            edge["pitch_rate"] = max(edge["pitch_rate"], abs(after.pitch - before.pitch))
-            edge["torque_rate"] = max(edge["torque_rate"], abs(after.torque - before.torque))
-        for name in RATES:
-            moved = edge[name] / (2 * step)
-            assert moved <= bound[name] * (1 + 1e-4) + 1e-4
-            used[name].append(moved / max(bound[name], 1e-3))
-    # The bounds are not idle.
-    assert all(max(shares) > 0.4 for shares in used.values()), used
 
 
 def test_the_bounds_are_sums_over_the_states() -> None:
