@@ -151,9 +151,15 @@ design cubic.toml
     --choice few => option --choice
     --damping 1.5 => option --damping
     --input-limit x=1 => there is no x
+    --initial y=1 => there is no y
 certify cubic.toml
     --gains none.json --law coherent => --law is about a wind turbine
     --gains no.json --decay-rate 1 => option --decay-rate is about designing gains
+    --gains no.json --damping 0.5 => option --damping is about designing gains
+    --gains no.json --input-limit u=1 => option --input-limit is about designing gains
+    --gains no.json --gain-bound 4 => option --gain-bound is about designing gains
+    --gains no.json --initial x=1 => option --initial is about designing gains
+    --gains-out g.json => --gains-out writes the file of --gains anew
     --inertia 0.9 1.1 => about a wind turbine
 simulate truck_trailer
     --sample-time 1s => its law runs every 2 s already
