@@ -114,23 +114,22 @@ def test_the_overlap_ends_where_the_torque_reserve_does() -> None:
     check_limits(TURBINE, replace(ASKED, overlap=float(offered.group(1))))
 
 
-def test_the_bandwidth_ends_at_the_pitch_drive() -> None:
-    """1 / 0.2 s."""
-    check_limits(TURBINE, replace(ASKED, effort=EffortSettings(bandwidth=5.0)))
+@pytest.mark.parametrize(
+    ("name", "most", "more", "words"),
+    [
+        ("bandwidth", 5.0, 5.001, ("at most 5 1/s", "11.45 m/s; try 0.62")),  # 1 / 0.2 s
+        ("bandwidth_growth", 8.33, 8.34, ("growth 8.34", "at most 5 1/s", "try 4.2")),
+    ],
+)
+def test_the_bandwidth_ends_at_the_pitch_drive(
+    name: str, most: float, more: float, words: tuple[str, ...]
+) -> None:
+    """As it is, and as it has grown from 0.6 1/s."""
+    own = EffortSettings(bandwidth=0.6)
+    check_limits(TURBINE, replace(ASKED, effort=replace(own, **{name: most})))  # type: ignore[arg-type]
+    message = told(replace(ASKED, effort=replace(own, **{name: more})))  # type: ignore[arg-type]
 
-    message = told(replace(ASKED, effort=EffortSettings(bandwidth=5.001)))
-
-    assert "at most 5 1/s" in message and "11.45 m/s; try 0.62" in message
-
-
-def test_so_does_a_bandwidth_that_has_grown() -> None:
-    """0.6 1/s may grow to 5, and no further."""
-    grown = EffortSettings(bandwidth=0.6, bandwidth_growth=8.33)
-    check_limits(TURBINE, replace(ASKED, effort=grown))
-
-    message = told(replace(ASKED, effort=replace(grown, bandwidth_growth=8.34)))
-
-    assert "growth 8.34" in message and "at most 5 1/s" in message and "try 4.2" in message
+    assert all(word in message for word in words)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from takagi.certificates.design.plant.design import certify_filed, certify_plant, design_plant
+from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import ModelError
 from takagi.models.files.library import data_folder
@@ -213,20 +213,6 @@ def test_a_rest_that_is_not_zero(tmp_path: Path) -> None:
     assert found.proved
     runs = simulation_data(simulate_plant(found))["runs"]
     assert all(run["settled_after"] is not None and not run["left_the_box"] for run in runs)
-
-
-@pytest.mark.slow
-def test_gains_of_a_file_are_proved_again(tmp_path: Path) -> None:
-    found = link()
-    path = tmp_path / "gains.json"
-    path.write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
-
-    again = certify_filed(load_plant(FILE), path)
-
-    assert again.proved
-    assert again.document["gains"] == found.document["gains"]
-    with pytest.raises(ModelError, match="gains of all states"):
-        certify_plant(load_plant(FILE), np.zeros((2, 1, 4)))
 
 
 def test_a_forged_observer_in_the_certificate_is_noticed() -> None:

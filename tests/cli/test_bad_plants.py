@@ -107,7 +107,7 @@ REFUSED = {
     ),
     "a number beyond decimals": (
         plant("x = { range = [-1, 1e99999999999999999999] }", U, 'x = "x + u"'),
-        ["plant.toml:6: field 'states.x.range'"],
+        ["plant.toml:6: field 'states.x.range.1'"],
     ),
     "a sine beyond 1": (
         plant("x = { range = [-2, 2] }", U, 'x = "u + asin(x)"'),

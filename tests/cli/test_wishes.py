@@ -373,27 +373,6 @@ def test_a_state_more_lowers_the_energy_gain_of_compleib(plant_file: Path) -> No
     assert 1.7643 < gain < 1.005 * least < 2.2
 
 
-@pytest.mark.slow
-def test_a_controller_of_half_the_order_beside_the_observer(tmp_path: Path) -> None:
-    """Flexible link, motor measured: two states prove a larger safe start than an observer of four.
-
-    A regression: the figures are this project's own, of two designs with the same ranges.
-    """
-    from takagi.models.files.library import data_folder
-
-    starts: list[float] = []
-    choices: tuple[list[str], ...] = ([], ["--controller", "order=2"])
-    for options in choices:
-        out = tmp_path / f"out{len(starts)}"
-        file = str(data_folder() / "flexible_link.toml")
-        assert main(["design", file, *options, "--out", str(out), "--no-report"]) == 0
-        data = json.loads((out / "certificate.json").read_text(encoding="utf-8"))
-        kind = "input-limits" if options else "observed-loop"
-        claim = next(claim for claim in data["claims"] if claim["kind"] == kind)
-        starts.append((float(claim["level"]) / claim["P"][0][0]) ** 0.5)
-    assert starts[1] > 1.1 * starts[0] > 0
-
-
 # Two rules as in Tanaka, Ohtake and Wang (2007), a = 10 and b = 1.5; z moves by itself.
 SCHEDULED = """
 format = 1

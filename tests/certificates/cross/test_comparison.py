@@ -175,14 +175,12 @@ def test_turbine_is_decided_twice(short: Data) -> None:
     assert verdicts_of(resealed(short)) == [("UNDECIDED", "UNDECIDED")]
 
 
-# The stored certificate of the turbine is replayed, which takes seconds.
-pytestmark = pytest.mark.slow
-
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 PAGE = " ".join((DOCS / "cross-check.md").read_text(encoding="utf-8").split())
 STORED = DOCS / "figures" / "nrel5mw-certificate.json"
 
 
+@pytest.mark.slow
 def test_the_page_counts_what_is_decided_and_exported(tmp_path: Path) -> None:
     """Matrices and numbers of the second decision; matrices of the Coq file, and its size."""
     deciders: dict[int, FlintDecider] = {}

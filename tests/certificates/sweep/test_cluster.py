@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from takagi.certificates.sweep.tasks import Task, run_tasks
-from takagi.cli.main import main
 from takagi.models import ModelError, nrel5mw
 from tests.certificates.sweep.dask_cluster import ROOT, Cluster, dask_cluster, until
 from tests.certificates.sweep.toy import reading, tasks
@@ -158,22 +157,3 @@ def test_a_cluster_that_makes_no_sense(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ModelError, match=r"pip install 'takagi\[cluster\]'"):
         run_tasks(work, results, scheduler=address)
-
-
-@pytest.mark.slow
-def test_four_hundred_points_of_which_a_worker_is_killed(tmp_path: Path, reduced: bool) -> None:
-    """A map of Schulte's law, all of whose files are those of an undisturbed one."""
-    if reduced:
-        pytest.skip("two minutes: without TAKAGI_REDUCED; fewer tasks are above")
-    axes = ["speed-overlap=0.3:0.6:20", "torque-overlap=3000:5000:20", "wind=5"]
-    words = ["sweep", "nrel5mw", *(word for axis in axes for word in ("--over", axis)), "--out"]
-    with dask_cluster(tmp_path / "cluster", 4) as cluster:
-        killing = meanwhile(tmp_path / "a" / "results", 100, cluster.workers[2].kill)
-        assert main([*words, str(tmp_path / "a"), "--scheduler", cluster.address]) == 0
-        killing.join()
-        assert cluster.workers[2].wait(10) != 0
-    assert main([*words, str(tmp_path / "b")]) == 0
-
-    assert len(content(tmp_path / "b" / "results")) == 400
-    for path in (tmp_path / "b").rglob("*.*"):
-        assert path.read_bytes() == (tmp_path / "a" / path.relative_to(tmp_path / "b")).read_bytes()
