@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ from typing import Any
 
 import pytest
 
+import takagi.certificates.checker
 from takagi.certificates.audit.trusted_lines import FOLDER, Trusted, check_counted, code_lines
 from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.kinds.decay import Decay
@@ -19,6 +21,7 @@ from takagi.certificates.claims.turbine.loop_claims import loop_claims
 from takagi.cli.main import main
 from tests.certificates.kinds.claims import resealed
 from tests.docs_pages import catalogue
+from tests.syntax import imported_modules
 
 counted_page = catalogue("catalogue.trusted")
 # A turbine's count holds the proof that the winds of one claim keep to the rates of another, and
@@ -191,3 +194,58 @@ def test_the_page_has_these_numbers(
     running = tmp_path / "running.json"
     running.write_text(json.dumps(counted_page.running()), encoding="utf-8")
     assert counted_page.row(counted_page.RUNNING, check_counted(running)[1]) in page
+
+
+FOLDER_INDEPENDENCE = Path(str(takagi.certificates.checker.__file__)).parent
+
+SCRIPT = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from takagi.certificates.checker import check
+print(check(sys.argv[2]).verdict.name)
+names = {name.partition(".")[0] for name in sys.modules}
+foreign = names - set(sys.stdlib_module_names) - {"takagi", "__main__"}
+floors = [n for n in sys.modules if n.startswith("takagi.") and ".certificates" not in n]
+print(sorted(foreign), floors)
+"""
+
+
+def test_check_runs_without_any_installed_package(tmp_path: Path, short: dict[str, Any]) -> None:
+    """Python without site packages, and a folder that holds the checker's files alone."""
+    home = tmp_path / "takagi" / "certificates" / "checker"
+    shutil.copytree(FOLDER_INDEPENDENCE, home, ignore=shutil.ignore_patterns("__pycache__"))
+    certificate = tmp_path / "certificate.json"
+    certificate.write_text(json.dumps(short))
+
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", "-W", "error", "-c", SCRIPT, tmp_path, certificate],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert done.stderr == ""
+    assert done.stdout.split("\n")[:2] == ["PROVED", "[] []"]
+
+
+def test_sources_import_the_standard_library_and_each_other() -> None:
+    """No import, wherever it stands, leaves the standard library or the checker's own folder."""
+    for file, name in imported_modules(FOLDER_INDEPENDENCE):
+        own = name.startswith("takagi.certificates.checker")
+        assert own or name.partition(".")[0] in sys.stdlib_module_names, (file.name, name)
+
+
+def test_no_float_enters_a_decision() -> None:
+    """``float`` appears in messages alone: every comparison is between exact numbers."""
+    rooms = ("kernel", "arithmetic", "kinds", "loop", "replay", "turbine")
+    files = [file for room in rooms for file in sorted((FOLDER_INDEPENDENCE / room).rglob("*.py"))]
+    for file in [*files, FOLDER_INDEPENDENCE / "plant" / "effort_blend.py"]:
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        refusals = [node for node in ast.walk(tree) if isinstance(node, ast.Raise)]
+        said = {part for refusal in refusals for part in ast.walk(refusal)}
+        assert not [n for n in ast.walk(tree) if _is_float(n) and n not in said], file.name
+
+
+def _is_float(node: ast.AST) -> bool:
+    literal = isinstance(node, ast.Constant) and isinstance(node.value, float)
+    return literal or (isinstance(node, ast.Name) and node.id == "float")
