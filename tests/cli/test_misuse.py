@@ -72,6 +72,8 @@ certify nrel5mw
     --gains no.json --bandwidth 0.4 => --bandwidth is about designing gains
     --gains rod.toml => not JSON
     --gains no.json => cannot be read
+sweep cart_pole
+    --law effort-sharing --over overlap=0.01 => model cart_pole is a plant
 sweep nrel5mw
     --law papr --over overlap=0.01 => --law papr & effort-sharing, schulte
     --law effort-sharing => no axis was given: add --over & overlap, bandwidth
@@ -86,6 +88,10 @@ tune nrel5mw
     --require 'tower-del 0.9 s' => no unit
     --require 'recovery 30s, recovery 20s' => twice
     --require 'recovry 30s' => recovery
+study overlap cart_pole
+    => model cart_pole is a plant
+study overlp nrel5mw
+    => 'overlp' is not a study (did you mean 'overlap'?)
 study controllers nrel5mw
     --law efort-sharing => did you mean 'effort-sharing'
     --winds 8,26 => 26 m/s was given & from 3 to 25 m/s

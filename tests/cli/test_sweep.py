@@ -95,9 +95,7 @@ def test_a_point_that_fails_is_status_1(
     assert "FAILED at overlap 0.02, inertia 0.1: ZeroDivisionError" in told
 
 
-def test_what_is_no_turbine_or_no_folder(tmp_path: Path, capsys: Capture) -> None:
-    assert swept(tmp_path / "out", *GRID, model="cart_pole") == 2
-    assert "model cart_pole is a plant" in capsys.readouterr().err
+def test_a_file_in_the_place_of_the_folder_stays(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("mine")
     assert swept(tmp_path / "out", *GRID) == 2
     assert (tmp_path / "out").read_text() == "mine"

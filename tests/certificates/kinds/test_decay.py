@@ -45,6 +45,8 @@ def test_found_rates_are_proved_and_faster_ones_are_not(sample_time: float | Non
     assert found.verdict is Verdict.PROVED
     assert 0.99 < found.document["claims"][0]["decay_rate"] < 1
     assert certify(model, decay_rate=0.99).verdict is Verdict.PROVED
+    if sample_time is None:
+        assert certify(model, decay_rate=1.0).verdict is Verdict.UNDECIDED
     assert certify(model, decay_rate=1.01).verdict is Verdict.DISPROVED
 
 

@@ -20,7 +20,7 @@ from takagi.certificates.checker.replay.loop_reading import read_model_loop
 from takagi.certificates.checker.words.rounded import exactly
 from takagi.certificates.requests import InputLimits, L2Gain, Peak
 from takagi.certificates.requests.request import Request
-from takagi.models import Plant, TSModel, load_model, sector_model
+from takagi.models import Plant, load_model, sector_model
 from tests.certificates.kinds.claims import (
     Data,
     as_read,
@@ -40,17 +40,6 @@ ITO = "in Ito's sense"
 def outcome(model: Data, gains: Data | None, claims: list[Data]) -> tuple[list[str], str]:
     found = check_document(sealed(model, gains, *claims)).claims
     return [one.text for one in found], found[-1].verdict.name
-
-
-# A function that decays at the rate that is asked for, and no faster
-
-
-@pytest.mark.numeric
-def test_certify_disproves_beyond_the_rate_and_not_at_it() -> None:
-    model = TSModel([[[-2.0]], [[-1.0]]])
-
-    assert certify(model, decay_rate=1.0).verdict is Verdict.UNDECIDED
-    assert certify(model, decay_rate=1.001).verdict is Verdict.DISPROVED
 
 
 # Deviations from rest
