@@ -45,8 +45,6 @@ NAMED = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee",
 
 
 class Row(NamedTuple):
-    """A loop and what is asked of it."""
-
     model: TSModel
     gains: NDArray[np.float64]
     asked: Any
@@ -56,14 +54,12 @@ Made = Callable[[], Row]
 
 
 def frontier() -> dict[str, float]:
-    """Return the largest b of each relaxation on the three rules of Kim and Lee (2000), a = 2."""
     with LADDER.open(encoding="utf-8", newline="") as file:
         rows = {row["relaxation"]: float(row["largest_b"]) for row in csv.DictReader(file)}
     return {name: b for name, b in rows.items() if name != "any relaxation"}
 
 
 def inside(name: str, share: float = 0.01) -> TSModel:
-    """Return the three rules so far inside the frontier of a relaxation."""
     b = frontier()[name]
     return three_rules(b - share * abs(b))
 
@@ -80,7 +76,6 @@ def by_cost(name: str) -> Row:
 
 
 def by_products(name: str) -> Row:
-    """One per cent below the largest decay rate, over two premises."""
     model = model_of_two_premises(4, 0.4)
     found = pdc(model, relaxation=name, decay_rate="max", gain_bound=10.0)
     rate = found.answer.decay_rate
@@ -132,7 +127,6 @@ def by_structure(**how: Any) -> Row:
 
 
 def by_structured_norm() -> Row:
-    """One gain for both rules."""
     model = disturbed.two_rules()
     found = structured_pdc(model, objective="hinf", shared=[0, 0])
     return Row(model, found.require()[0], L2Gain(MORE * found.value))

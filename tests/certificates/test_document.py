@@ -80,7 +80,6 @@ def test_a_claim_that_reads_the_file_needs_one(kind: str) -> None:
 
 @pytest.fixture(scope="module")
 def sealed() -> dict[str, Any]:
-    """A proved certificate of x' = -x + u under u = -x; no change here exceeds its margin."""
     claim = {"name": "decay", "kind": "decay", "P": [[1]], "decay_rate": 1}
     model, gains = model_data([[[-1]]], B=[[[1]]]), law_data([[[1]]])
     return certificate_document(model=model, gains=gains, claims=[claim], provenance={})

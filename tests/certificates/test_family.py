@@ -26,7 +26,6 @@ def rows(draw: Any, height: int, width: int) -> Matrix:
 
 @st.composite
 def families(draw: st.DrawFn) -> tuple[PolytopicLoop, list[Fraction], list[Fraction]]:
-    """Return a loop with weights of the vertices and of the gains that its pairing allows."""
     corners = tuple(product((0, 1), repeat=draw(st.integers(1, 2))))
     r, one_input = len(corners), draw(st.booleans())
     shared, products = draw(st.booleans()), draw(st.booleans())
@@ -157,7 +156,6 @@ def test_rules_in_another_order_are_weights_of_their_own() -> None:
 
 
 def numbered(data: Any) -> Any:
-    """Return the data with matrix entries as the reader leaves them."""
     from takagi.certificates.checker.kernel.reader import Number
 
     def entries(value: Any) -> Any:

@@ -32,9 +32,6 @@ def leibniz(rows: list[list[Fraction]]) -> Fraction:
     return total
 
 
-# ------------------------------------------------------------------ determinants
-
-
 def test_the_size_of_an_ellipsoid_rests_on_the_determinant() -> None:
     """Elimination gives what the sum over all permutations gives, for L L' + 3 I."""
     draw = random.Random(1)
@@ -46,11 +43,7 @@ def test_the_size_of_an_ellipsoid_rests_on_the_determinant() -> None:
         assert _determinant(Matrix(rows, 7)) == exact
 
 
-# ------------------------------------------------------------------ identities
-
-
 def graph_of(text: str) -> tuple[Graph, int]:
-    """Return the graph of an expression in x and y, and its node."""
     graph = Graph()
     scope = Scope({name: graph.variable(name) for name in "xy"}, {})
     return graph, read_expression(text, graph, scope, "here")
@@ -68,9 +61,6 @@ def test_an_angle_with_large_multiples_is_not_doubled() -> None:
 
     assert same(f"sin(x/y) + {rest}", f"2*{half} + {rest}")
     assert not same(f"sin(x/y) + {rest}", f"4*{half}*(1 - 2*sin(x/(2*y))^2) + {rest}")
-
-
-# ------------------------------------------------------------------ slopes
 
 
 def exactly(x: Fraction, y: Fraction) -> Exact:
@@ -145,9 +135,6 @@ def test_a_quantity_that_is_clamped_has_no_slope() -> None:
 
     assert x.clamped(zero, one) == Dual(one, (zero, zero))
     assert x.clamped(zero, number(Fraction(5))) == x
-
-
-# ------------------------------------------------------------------ how long a bound may take
 
 
 def boxes_of_a_sine() -> int:

@@ -38,7 +38,6 @@ def stored(law: dict[str, Any], folder: Path, **other: Any) -> Path:
 
 
 def require_same(one: Law, other: Law) -> None:
-    """Commands and rates at many states and measurements, in and out of the certified set."""
     rng, count = np.random.default_rng(7), len(one.state_names)
     assert one.state_names == other.state_names and one.name == other.name
     for _ in range(100):
@@ -61,7 +60,6 @@ def test_the_file_of_a_design_gives_its_law(turbine_design: TurbineDesign, tmp_p
 
 @cache
 def default_law() -> EffortSharingLaw:
-    """The law of the turbine as it is."""
     return law_of(TURBINE)
 
 

@@ -109,7 +109,6 @@ NEEDED = (
 
 @pytest.fixture(scope="module")
 def resting(short_document: dict[str, Any]) -> dict[str, Any]:
-    """Return the short certificate with the claims that rest on its loop's."""
     document = deepcopy(short_document)
     claims, _ = loop_claims(document["model"], document["gains"], document["claims"][0])
     return dict(resealed(document | {"claims": claims}))

@@ -59,7 +59,6 @@ def schedules() -> tuple[RegionalSchedule, RegionalSchedule]:
 
 @cache
 def make_law(placement: float = 0.5) -> PublishedLaw:
-    """Return the law with a filter placed around rated speed, or beside it."""
     partial, full = schedules()
     coupling = coupling_filter(TURBINE, placement=placement)
     return published_law(TURBINE, partial=partial, full=full, coupling=coupling)

@@ -13,7 +13,6 @@ from typing import Any
 
 import pytest
 
-import takagi.certificates.checker
 from takagi.certificates.audit.trusted_lines import FOLDER, Trusted, check_counted, code_lines
 from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.kinds.decay import Decay
@@ -40,7 +39,6 @@ def decay(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def turbine(short_document: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the short certificate with all claims of the default design."""
     model, gains = short_document["model"], short_document["gains"]
     claims, left_out = loop_claims(model, gains, short_document["claims"][0])
     assert not left_out
@@ -136,10 +134,7 @@ def test_words_are_imported_by_kinds_and_after_the_verdicts() -> None:
 
 
 def _imports(file: Path) -> Iterator[tuple[str, str]]:
-    """Yield (function, module) of each import; no function where the file itself imports.
-
-    Instead of the function it is ``TYPES`` where nothing is imported but for types.
-    """
+    """Yield (function, module) of each import; no function where the file itself imports."""
     tree = ast.parse(file.read_text(encoding="utf-8"))
     functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
     inside = {id(node): own.name for own in functions for node in ast.walk(own)}
@@ -196,8 +191,6 @@ def test_the_page_has_these_numbers(
     assert counted_page.row(counted_page.RUNNING, check_counted(running)[1]) in page
 
 
-FOLDER_INDEPENDENCE = Path(str(takagi.certificates.checker.__file__)).parent
-
 SCRIPT = """
 import sys
 sys.path.insert(0, sys.argv[1])
@@ -213,7 +206,7 @@ print(sorted(foreign), floors)
 def test_check_runs_without_any_installed_package(tmp_path: Path, short: dict[str, Any]) -> None:
     """Python without site packages, and a folder that holds the checker's files alone."""
     home = tmp_path / "takagi" / "certificates" / "checker"
-    shutil.copytree(FOLDER_INDEPENDENCE, home, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(FOLDER, home, ignore=shutil.ignore_patterns("__pycache__"))
     certificate = tmp_path / "certificate.json"
     certificate.write_text(json.dumps(short))
 
@@ -230,7 +223,7 @@ def test_check_runs_without_any_installed_package(tmp_path: Path, short: dict[st
 
 def test_sources_import_the_standard_library_and_each_other() -> None:
     """No import, wherever it stands, leaves the standard library or the checker's own folder."""
-    for file, name in imported_modules(FOLDER_INDEPENDENCE):
+    for file, name in imported_modules(FOLDER):
         own = name.startswith("takagi.certificates.checker")
         assert own or name.partition(".")[0] in sys.stdlib_module_names, (file.name, name)
 
@@ -238,8 +231,8 @@ def test_sources_import_the_standard_library_and_each_other() -> None:
 def test_no_float_enters_a_decision() -> None:
     """``float`` appears in messages alone: every comparison is between exact numbers."""
     rooms = ("kernel", "arithmetic", "kinds", "loop", "replay", "turbine")
-    files = [file for room in rooms for file in sorted((FOLDER_INDEPENDENCE / room).rglob("*.py"))]
-    for file in [*files, FOLDER_INDEPENDENCE / "plant" / "effort_blend.py"]:
+    files = [file for room in rooms for file in sorted((FOLDER / room).rglob("*.py"))]
+    for file in [*files, FOLDER / "plant" / "effort_blend.py"]:
         tree = ast.parse(file.read_text(encoding="utf-8"))
         refusals = [node for node in ast.walk(tree) if isinstance(node, ast.Raise)]
         said = {part for refusal in refusals for part in ast.walk(refusal)}

@@ -264,7 +264,6 @@ PAGE = (ROOT / "docs/first-plants.md").read_text(encoding="utf-8")
 
 @pytest.fixture(autouse=True)
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The plants of the page in a folder of their own; reports are tested elsewhere."""
     from takagi.reports.page.assembly import ReportFiles
     from takagi.reports.sections.plant import page
 
@@ -277,7 +276,6 @@ def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def commands() -> list[list[str]]:
-    """Return the commands of the page, in order."""
     lines = re.findall(r"^    takagi (.*)$", PAGE, flags=re.MULTILINE)
     return [shlex.split(line) for line in lines]
 

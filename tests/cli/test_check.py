@@ -30,8 +30,6 @@ Capture = pytest.CaptureFixture[str]
 
 
 class Verdict(Enum):
-    """The three answers of the checker."""
-
     PROVED = "yes"
     DISPROVED = "no"
     UNDECIDED = "open"
@@ -73,7 +71,6 @@ def checker(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 def answer(verdict: Verdict) -> Result:
-    """A file with one claim, of the given verdict."""
     return Result(verdict, [Claim("decay", verdict, "at 0.1 1/s")], ["3 inequalities"])
 
 

@@ -173,8 +173,6 @@ def test_a_full_standard_output_is_told(tmp_path: Path) -> None:
 
 
 class Terminal(io.StringIO):
-    """A stream that says it is a terminal, and tells when something was written to it."""
-
     def __init__(self) -> None:
         super().__init__()
         self.written = threading.Event()

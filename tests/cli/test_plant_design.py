@@ -65,7 +65,6 @@ def pendulum(tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the pendulum's file and its design, without a report, in ``out``."""
     place = tmp_path_factory.mktemp("pendulum")
     (place / "pendulum.toml").write_text(PENDULUM, encoding="utf-8")
     with undrawn():
@@ -80,7 +79,6 @@ def drawn() -> None:
 
 @pytest.fixture(autouse=True)
 def mostly_undrawn(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Let the verbs write a folder without drawing it, unless a test wants it drawn."""
     with nullcontext() if "drawn" in request.fixturenames else undrawn():
         yield
 
@@ -211,20 +209,6 @@ def test_the_answer_for_machines(pendulum: Path, tmp_path: Path, capsys: Capture
     assert theta["share"] == pytest.approx(theta["value"] / 60)
     assert theta["value"] == pytest.approx(np.degrees(answer["starts_alone"]["theta [rad]"]))
     assert rows["input"]["proved"] and not rows["margins"]["proved"]
-
-
-@pytest.mark.slow
-def test_next_commands_can_be_typed_as_printed(
-    pendulum: Path, tmp_path: Path, capsys: Capture
-) -> None:
-    """The check, the simulation and the export that are suggested exist and succeed."""
-    main(["design", str(pendulum), "--out", str(tmp_path / "out")])
-    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
-    commands = [line.split()[1:] for line in lines if line.startswith("takagi ")]
-
-    assert [command[0] for command in commands] == ["check", "simulate", "export"]
-    for command in commands:
-        assert main(command) == 0
 
 
 @pytest.mark.slow

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from takagi.certificates.checker import Verdict, check
@@ -107,22 +105,6 @@ def test_a_proof_about_vertices_alone_is_no_proof_about_the_plant(
     assert "PROVED, of the vertices alone: not of the plant" in capsys.readouterr().out
 
 
-@pytest.mark.slow
-def test_a_motion_is_the_plant_s_own(cubic: Path, gains: Path, tmp_path: Path) -> None:
-    """x' = -2 x + x^3 (gain 3) from 0.5 has the closed form x^2 = 2 / (1 + 7 e^(4 t))."""
-    law = changed(gains, K=[[[3.0]]])
-    out = tmp_path / "out"
-    options = ["--gains", str(law), "--start", "x=0.5", "--duration", "2", "--out", str(out)]
-
-    assert main(["simulate", str(cubic), *options]) == 0
-
-    with (out / "responses.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    time, x = (np.array([float(row[name]) for row in rows]) for name in ("time [s]", "x [-]"))
-    assert time[-1] == pytest.approx(2.0)
-    assert np.allclose(x, np.sqrt(2 / (1 + 7 * np.exp(4 * time))), atol=1e-5)
-
-
 def test_starts_are_corners_drawn_into_the_proved_set(
     cubic: Path, gains: Path, capsys: Capture
 ) -> None:
@@ -134,11 +116,3 @@ def test_starts_are_corners_drawn_into_the_proved_set(
     for run in runs:
         assert not run["left_the_box"] and not run["diverged"]
         assert run["settled_after"] > 0
-
-
-def test_a_motion_that_diverges_has_status_one(cubic: Path, gains: Path, capsys: Capture) -> None:
-    """From x = 0.9 with gain 1.5, x' = (x^2 - 0.5) x grows beyond all bounds."""
-    law = changed(gains, K=[[[1.5]]])
-
-    assert main(["simulate", str(cubic), "--gains", str(law), "--start", "x=0.9"]) == 1
-    assert "diverged" in capsys.readouterr().out

@@ -184,8 +184,6 @@ def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: 
     from takagi.models.simulation.baseline import BaselineLaw
 
     class Wild(BaselineLaw):
-        """The reference's controller, its state no number after one step."""
-
         def state_rate(self, state: Any, measurement: Any) -> Any:
             return np.array([np.inf, 0.0])
 

@@ -95,7 +95,6 @@ def certified(plant_file: Path, text: str, *options: str) -> tuple[int, list[dic
 
 
 def claim_of(claims: list[dict[str, Any]], kind: str) -> dict[str, Any]:
-    """Return the claim about an output that it writes itself: the one that was asked for."""
     return next(claim for claim in claims if claim["kind"] == kind and "output" in claim)
 
 

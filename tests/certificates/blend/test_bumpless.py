@@ -24,7 +24,6 @@ ABOUT = ("sector-embedding", "effort-blend", "bumpless")
 
 
 def changed(change: Callable[[Data], None], kinds: tuple[str, ...] = ABOUT) -> Data:
-    """The certificate of the room with these claims alone, changed and sealed again."""
     found = copy.deepcopy(dict(design().document))
     found["claims"] = [c for c in found["claims"] if c["kind"] in kinds]
     change(found)

@@ -44,7 +44,6 @@ def design() -> PlantDesign:
 
 
 def changed(change: Callable[[Data], None]) -> Data:
-    """The certificate with these claims alone, changed and sealed again."""
     found = copy.deepcopy(dict(design().document))
     found["claims"] = [c for c in found["claims"] if c["kind"] in ABOUT]
     change(found)

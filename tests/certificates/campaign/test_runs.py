@@ -145,8 +145,6 @@ COUNT = 150
 
 @dataclass
 class Scene:
-    """A state of the loop, its cell and schedule wind, inputs, and nominal over true inertia."""
-
     k: int
     wind: float
     u: tuple[float, float, float, float]

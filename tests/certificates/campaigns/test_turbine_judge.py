@@ -26,7 +26,6 @@ LOOP, WIND_RATE, ACTUATORS, RUNNING = range(4)
 
 @pytest.fixture(autouse=True, scope="module")
 def _whole_campaign(reduced: bool) -> None:
-    """The judge is tried by itself; the reduced form runs the campaigns that it serves."""
     if reduced:
         pytest.skip("a minute: without TAKAGI_REDUCED")
 
@@ -39,7 +38,6 @@ def why(document: Data, change: Change) -> str:
 
 
 def why_alone(document: Data, change: Change, place: int) -> str:
-    """Return what the judge of one claim that rests on the loop says, which is quicker."""
     changed = deepcopy(document)
     change(changed)
     claim, loop = changed["claims"][place], reading.Loop(changed, changed["claims"][LOOP])
@@ -70,8 +68,6 @@ def entry(*place: Any, factor: float) -> Change:
 
 
 def all_rates(key: str, factor: float) -> Change:
-    """Return what multiplies one table of every range of the wind-rate claim."""
-
     def change(document: Data) -> None:
         for one in document["claims"][WIND_RATE]["ranges"]:
             one[key] = [times(value, factor) for value in one[key]]
@@ -80,7 +76,6 @@ def all_rates(key: str, factor: float) -> Change:
 
 
 def estimate_error(factor: float) -> Change:
-    """Return what multiplies how well the wind has to be known in the range of full load."""
     return entry("claims", WIND_RATE, "ranges", 1, "estimate_error", factor=factor)
 
 
@@ -91,8 +86,6 @@ def slower_wind_and_faster_filter(document: Data) -> None:
 
 
 def narrowed(key: str, end: int) -> Change:
-    """Return what takes a quarter of a range away, in every cell, at one end."""
-
     def change(document: Data) -> None:
         for cell in document["claims"][0]["cells"]:
             mine, other = (Fraction(cell[key][i]) for i in (end, 1 - end))

@@ -53,7 +53,6 @@ def damage(document: Data, path: tuple[Any, ...], rng: random.Random) -> None:
 
 
 def mutants(whole: list[Data], count: int, seed: int) -> Iterator[tuple[str, Data]]:
-    """Yield (what was changed, certificate) with hashes that fit what it now says."""
     rng = random.Random(seed)
     for _ in range(count):
         document = deepcopy(rng.choice(whole))

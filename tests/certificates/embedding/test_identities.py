@@ -295,8 +295,6 @@ def test_folding_in_the_graph() -> None:
     assert g.power(g.constant(2), 0) == g.constant(1)
 
 
-# ------------------------------------------------------------------ plant files
-
 FILE = """format = 1
 kind = "plant"
 units = "unchecked"

@@ -107,7 +107,6 @@ def test_premises_have_names_of_their_own() -> None:
 
 
 def loop_verdict(data: Data) -> str:
-    """Return the verdict on one claim about the model's loop."""
     read = as_read(data)
     found = replay(read["claim"], None, read_model_loop(read["model"], None), [], "claim")
     return found.verdict.name

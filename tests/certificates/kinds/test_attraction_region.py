@@ -68,9 +68,6 @@ def test_the_threshold_is_that_of_the_equation(rest: float) -> None:
     assert all(at(1.001, m) == "UNDECIDED" for m in (0, 1.5, 1.9, 1.998, 1.999, 2, 2.001, 3))
 
 
-# ---------------------------------------------------------------- van der Pol, in reverse time
-
-
 def van_der_pol() -> TSModel:
     sides = (Variable(s, "-", Interval.of(-3, 3)) for s in (x, y))
     return sector_model(Plant(equations=(-y, x + (x**2 - 1) * y), states=tuple(sides)))

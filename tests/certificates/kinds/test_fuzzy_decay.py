@@ -169,7 +169,6 @@ def lag(sample_time: Any = None, a: float = -1) -> Data:
 
 
 def claimed(p: tuple[float, float], gain: Any, **others: Any) -> Data:
-    """Return the claim with P(h) = p_1 h_1 + p_2 h_2."""
     claim = {"name": "x", "kind": "fuzzy-l2-gain", "disturbance": "disturbances", "gain": gain}
     claim |= {"degrees": [1], "polya": 0, "P": function(*p), "rates": [[0.5, 0.5]]}
     return claim | others

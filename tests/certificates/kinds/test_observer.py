@@ -27,7 +27,6 @@ def line() -> tuple[Data, Data]:
 
 
 def crossed() -> TSModel:
-    """Return two rules whose outputs and inputs differ."""
     return TSModel(
         [[[0.0, 1.0], [-1.0, 0.2]], [[0.0, 1.0], [-3.0, 0.1]]],
         [[[0.0], [1.0]], [[0.0], [1.4]]],

@@ -210,7 +210,6 @@ def test_switched_and_blended_at_will() -> None:
 
 
 def proved(name: str, T: float) -> Data:
-    """Return the certificate of a built-in plant's design, run every T seconds."""
     design = design_of(name)
     assert design.gains is not None
     data = plant_data(design.model)

@@ -40,14 +40,11 @@ FIRST_WIND, CELLS = 10.8, 8  # m/s
 
 @dataclass(frozen=True)
 class Subject:
-    """A law with set-points, model and gains as a certificate states them, and the claim."""
-
     law: EffortSharingLaw
     members: dict[str, Any]
     claim: dict[str, Any]
 
     def outcome(self, change: Callable[[dict[str, Any], dict[str, Any]], object]) -> Outcome:
-        """Return the checker's answer after a change of claim and gains."""
         claim, members = deepcopy(self.claim), deepcopy(self.members)
         change(claim, members["gains"])
         data = read_text(dumps({**members, "claims": [claim]}), "test")

@@ -135,7 +135,6 @@ def wake_torque(turbine: Turbine, law: EffortSharingLaw, p: Point, pitch: float)
 
 
 def physical(law: EffortSharingLaw, p: Point) -> tuple[float, float, float]:
-    """Return (omega, beta, U) of a point."""
     v = p.schedule_wind
     omega = column(law, "rotor_speed", v) + p.e
     effort = column(law, "trim_effort", v) + column(law, "gamma", v) * (p.e - p.x)
@@ -150,7 +149,6 @@ def lag(law: EffortSharingLaw, omega: float, beta: float, x: float, v: float) ->
 
 
 def commanded(law: EffortSharingLaw, p: Point, omega: float, beta: float) -> Command:
-    """Return the law's command while its schedule wind moves."""
     seen = p.schedule_wind + law.wind_filter * p.schedule_rate
     return law.command([p.x, p.schedule_wind], Measurement(omega, beta, seen))
 
@@ -183,7 +181,6 @@ def ends(interval: Interval) -> Floats:
 
 
 def spread(factor: float, interval: Interval) -> Floats:
-    """Return the range of factor times the interval, ends in order."""
     return np.sort(factor * ends(interval))
 
 

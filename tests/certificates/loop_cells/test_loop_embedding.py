@@ -74,7 +74,6 @@ SHRUNK = (
 def sampled(
     turbine: Turbine, law: EffortSharingLaw
 ) -> list[tuple[Point, tuple[float, float, float]]]:
-    """Return points with their derivatives, for tests that break the family."""
     return [(p, derivative(turbine, law, p)) for p in points(law, BOX, 3000, seed=4)]
 
 
@@ -166,7 +165,6 @@ def test_a_box_beyond_actuators_or_tables_is_misuse(
 
 @pytest.fixture(scope="module")
 def wider(turbine: Turbine, law: EffortSharingLaw) -> list[LoopCell]:
-    """Return the family with a wrong power coefficient in it."""
     return effort_sharing_cells(turbine, law, BOX, WIDER, rates_of(law))
 
 

@@ -261,9 +261,6 @@ def test_exit_status_0_1_and_2(
     assert main([*check, str(written(replaced("[states]", "[states")))]) == 2
 
 
-# ------------------------------------------------- what is written from the file
-
-
 def test_layout_leaves_the_certificate_as_it_is(
     cart: tuple[Path, Document], written: Callable[[Rewrite], Path]
 ) -> None:

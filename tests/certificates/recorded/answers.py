@@ -28,8 +28,6 @@ Answer = list[list[str]]
 
 
 class Case(NamedTuple):
-    """A recorded certificate: its answer, its text, what it is, and words of its answer."""
-
     answer: Answer
     text: str
     what: str = ""
@@ -65,10 +63,7 @@ def answer_in_words(written: str, path: Path) -> tuple[Answer, str]:
 
 
 def facts_of(work: Callable[[], Checked], path: str, said: list[str] | None = None) -> Answer:
-    """Return the facts of what a check answers; the file's place is left out.
-
-    ``said`` takes the sentences.
-    """
+    """Return the facts of what a check answers; the file's place is left out."""
     said = [] if said is None else said
     try:
         checked = work()
@@ -83,16 +78,12 @@ def facts_of(work: Callable[[], Checked], path: str, said: list[str] | None = No
 
 
 def facts(verdict: str, name: str, sentence: str) -> list[str]:
-    """Return verdict and name of a claim, and what its sentence states in numbers."""
     stated = verdict in ("PROVED", "DISPROVED")
     return [verdict, name, *([" ".join(NUMBER.findall(sentence))] if stated else [])]
 
 
 def first_recorded(kind: str, place: Path) -> list[str]:
-    """Return certificates of a kind of which none is recorded, one for each different answer.
-
-    They are the smallest ones, of ``weights/cells.py``, and those with a changed entry.
-    """
+    """Return certificates of a kind of which none is recorded, one for each different answer."""
     from tests.certificates.kinds.claims import resealed
     from tests.certificates.recorded.damages import LEFT_OUT, changes
     from tests.certificates.weights.cells import cell_document
@@ -113,12 +104,7 @@ def first_recorded(kind: str, place: Path) -> list[str]:
 
 
 def taken(old: Answer, new: Answer, what: str) -> Answer:
-    """Return today's answer; what was not proved is not recorded as proved.
-
-    Raises
-    ------
-    SystemExit : it is proved or disproved now.
-    """
+    """Return today's answer; what was not proved is not recorded as proved."""
     shown = {"PROVED", "DISPROVED"}
     if old and old[0][0] not in shown and new[0][0] in shown:
         cure = "if this is true, write [] in the place of its answer and run this again"

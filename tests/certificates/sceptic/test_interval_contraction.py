@@ -75,7 +75,6 @@ def _fractions(values: Any) -> Any:
 
 
 def sampled(n: int, rng: np.random.Generator) -> bool:
-    """Whether a random cell is proved; fails where a sample of a proved one contradicts it."""
     root = np.eye(n) * 1.1 + 0.15 * rng.normal(size=(n, n))
     P = _fractions(root @ root.T + 0.1 * np.eye(n))
     P = (P + P.T) / 2

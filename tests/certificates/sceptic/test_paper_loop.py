@@ -124,7 +124,6 @@ def outside(value: float, low: float, high: float) -> float:
 
 
 def violations(shape: Shape, seed: int, asked: float = 1.0) -> tuple[list[Any], int]:
-    """Return what leaves its brackets, and in how many boxes it was looked for."""
     rng = np.random.default_rng(seed)
     law, (plant, read) = law_of(shape), read_of(shape)
     found: list[Any] = []

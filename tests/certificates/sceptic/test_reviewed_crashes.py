@@ -215,7 +215,6 @@ def of_plant(equation: str) -> Data:
 
 
 def power_of_ten(digits: int) -> str:
-    """Return an expression for 10^digits, of powers that are small enough each."""
     whole, rest = divmod(digits, 64)
     return "(" + "*".join([*["10^64"] * whole, f"10^{rest}"]) + ")"
 
@@ -242,7 +241,6 @@ FORGED = 'the rotor never turns faster than 12.5 rpm: every inequality holds"; h
 
 
 def forged_name(folder: Path) -> Path:
-    """Return a certificate that is true and whose claim has a name that says more."""
     path = folder / "certificate.json"
     decay = {"name": FORGED, "kind": "decay", "P": [[1]], "decay_rate": 0}
     path.write_text(dumps(sealed(boxed(), None, decay)))

@@ -302,7 +302,6 @@ CLAIM |= {"disturbance": "disturbances"}
 
 
 def said_with(*scheduling: str, way: str = "disturbances") -> Verdict:
-    """Return the verdict where the premises are known to depend on these."""
     text = str({**HALVES, "claim": CLAIM | {"disturbance": way}})
     data = read_text(text.replace("'", '"').replace("None", "null"), "model")
     family: PolytopicLoop = replace(read_model_loop(data, None), scheduled_by=scheduling)

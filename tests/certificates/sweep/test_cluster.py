@@ -29,8 +29,6 @@ def content(folder: Path) -> dict[str, bytes]:
 
 
 def meanwhile(results: Path, count: int, work: Callable[[], object]) -> threading.Thread:
-    """Do something in another thread once so many results are there."""
-
     def wait() -> None:
         until(lambda: len(content(results)) >= count)
         work()
@@ -167,10 +165,7 @@ ROOT = Path(__file__).parents[3]
 
 @dataclass
 class Cluster:
-    """A scheduler, which ends by itself when nothing comes, and its workers.
-
-    ``environment`` is added to that of the workers.
-    """
+    """A scheduler, which ends by itself when nothing comes, and its workers."""
 
     folder: Path
     port: int
@@ -187,7 +182,6 @@ class Cluster:
         return self._start("dask_scheduler", *own, "--no-dashboard")
 
     def worker(self) -> subprocess.Popen[bytes]:
-        """Start a worker that is one process, and that waits a while for a new scheduler."""
         own = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "60")
         place = ("--local-directory", str(self.folder), "--host", "127.0.0.1")
         self.workers.append(self._start("dask_worker", self.address, *own, *place))
@@ -207,7 +201,6 @@ class Cluster:
 
 @contextmanager
 def dask_cluster(folder: Path, workers: int, **environment: str) -> Iterator[Cluster]:
-    """A scheduler and so many workers, on the loopback; all of them have ended afterwards."""
     pytest.importorskip("distributed")
     folder.mkdir()
     with socket.socket() as free:
@@ -226,7 +219,6 @@ def dask_cluster(folder: Path, workers: int, **environment: str) -> Iterator[Clu
 
 
 def until(condition: object, seconds: float = 60.0) -> None:
-    """Return when the condition is true, and fail if it does not become so."""
     assert callable(condition)
     end = time.monotonic() + seconds
     while time.monotonic() < end:

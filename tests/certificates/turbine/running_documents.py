@@ -21,7 +21,6 @@ def entry(*path: Any, factor: float = 1.0, value: Any = None) -> Change:
 
 
 def sealed(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document with the hashes of what it and its controller now say."""
     return resealed(document, "controller")
 
 

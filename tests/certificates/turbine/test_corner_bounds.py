@@ -119,7 +119,6 @@ def test_the_rest_is_rounded_outward() -> None:
 
 
 def last_cell(document: dict[str, Any], rate: str, pitch_max: Fraction | None = None) -> Loop:
-    """Return the loop in the last wind cell, at a rate of the wind [m/s^2] and a limit [rad]."""
     read = read_text(json.dumps(document), "document")
     subject = Subject.read(read["claims"][0], read["model"], read["gains"], "claim")
     if pitch_max is not None:
@@ -227,7 +226,6 @@ def inputs(built: Any) -> Inputs:
 
 
 def outside(loop: Loop, ranges: Any, sizes: dict[str, Fraction]) -> str:
-    """Return which coefficient is not as it is stated."""
     return first_failure(loop.enclosed(Stated(ranges, sizes, "cell")))
 
 

@@ -49,7 +49,6 @@ def claims() -> dict[str, Any]:
 
 
 def objects(value: Any, way: Way = ()) -> Iterator[tuple[Way, Any]]:
-    """Yield every object in a value, and the names that lead to it; of a list the first entry."""
     if isinstance(value, list) and value:
         yield from objects(value[0], way)
     elif isinstance(value, dict):
@@ -59,7 +58,6 @@ def objects(value: Any, way: Way = ()) -> Iterator[tuple[Way, Any]]:
 
 
 def ways(known: first.Members, way: Way = ()) -> Iterator[Way]:
-    """Yield the names that lead to every member of the first checker's list."""
     for name, inner in known.items():
         yield (*way, name)
         if inner is None:

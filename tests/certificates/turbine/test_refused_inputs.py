@@ -69,7 +69,6 @@ def as_read(data: dict[str, Any], **changes: Any) -> Any:
 
 
 def part(name: str, **changes: Any) -> Any:
-    """Return the claim with one part changed."""
     return as_read(CLAIM, **{name: CLAIM[name] | changes})
 
 
@@ -154,7 +153,6 @@ def test_a_law_is_refused(name: str, value: Any) -> None:
 
 
 def table(count: int) -> Any:
-    """Return a law with so many winds."""
     rows = {n: [v[0]] * count for n, v in GAINS.items() if isinstance(v, list)}
     short = {n: rows[n][:-1] for n in rows if len(GAINS[n]) == 2}
     return as_read(GAINS, **(rows | short | {"wind": [k + 1 for k in range(count)]}))

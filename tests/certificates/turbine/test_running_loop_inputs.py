@@ -40,7 +40,6 @@ def stored() -> Data:
 
 
 def changed(change: Change) -> Data:
-    """Return the document with one cell, the last, and with the change."""
     found = deepcopy(stored())
     claim = found["claims"][0]
     claim["cells"], claim["winds"] = claim["cells"][3:], claim["winds"][3:]
@@ -213,7 +212,6 @@ def cell_of(k: int) -> Cell:
 
 
 def largest(column: Any, cell: Cell) -> Fraction:
-    """The largest size of a column's slope over the schedule winds of the set."""
     nodes = cell.law.wind
     found: list[Fraction] = [
         abs((column[j + 1] - column[j]) / (nodes[j + 1] - nodes[j])) for j in cell.near
@@ -248,7 +246,6 @@ def test_rates_of_the_commands_by_their_formula(k: int) -> None:
 
 
 def at(cell: Cell, **parts: Any) -> str:
-    """Return the limit that may be reached with other numbers of law, machine, plant and sides."""
     kept = {name: getattr(cell, name) for name in ("law", "machine", "plant", "sides")}
     for place, value in parts.items():
         owner, _, name = place.partition("__")

@@ -80,7 +80,6 @@ EVIDENCE: dict[str, Data] = {
 
 
 def claim_of(kind: str, **members: Any) -> Data:
-    """Return a claim of a kind, or of a variant of it, for that state."""
     claim = {"name": "cell", "kind": kind.partition(",")[0], **EVIDENCE.get(kind, {})}
     return claim | members
 
@@ -122,7 +121,6 @@ def _vertices(form: str) -> tuple[Data, Data]:
 
 
 def column(form: str) -> tuple[Data, Data, list[Data]]:
-    """Return (model, law, claims that go first) for a kind of weights."""
     if form in ("shared", "own"):
         return (*_vertices(form), [])
     model = cubic(form)
@@ -132,7 +130,6 @@ def column(form: str) -> tuple[Data, Data, list[Data]]:
 
 
 def observed(kind: str, form: str, parts: tuple[Data, Data, list[Data]]) -> Any:
-    """Return (model, law, claims that go first) with the observer or slopes that a kind needs."""
     model, law, before = parts
     at_estimate = kind.endswith("by estimate")
     if not (kind.startswith("observed-loop") or kind == "slope-embedding"):
@@ -161,7 +158,6 @@ def cell_document(kind: str, form: str) -> Data:
 def plant_document(
     model: TSModel, claim: Data, gains: Any = None, *, law: Data | None = None
 ) -> Data:
-    """Return a certificate of a plant's model with one claim, written by hand."""
     data = plant_data(model)
     if gains is not None:
         law = pdc_law_data(model, np.array(gains, dtype=float)) | law_members(data)
