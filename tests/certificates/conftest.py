@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from copy import deepcopy
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,9 @@ from takagi.models import Floats, Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from tests.certificates.kinds.claims import resealed, sealed
+
+# The campaigns of benchmarks/ are scripts: their folder is put on the path, as Python does.
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
 PER_INTERVAL = {"integral_rate"}
 # P of the default loop, as the search returns it.

@@ -9,10 +9,9 @@ from __future__ import annotations
 import json
 import sys
 import xml.etree.ElementTree as ElementTree
-from enum import Enum
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
 
@@ -20,38 +19,12 @@ import pytest
 # replaced, when this file is run alone as well.
 import takagi.reports.code.c.comparison  # noqa: F401
 from takagi.certificates.checker.files.model_content import OtherModel
-from takagi.certificates.checker.kernel import refusal
-from takagi.certificates.checker.kernel.refusal import OtherGains
-from takagi.certificates.checker.words.figure import Figure
+from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains
+from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
 from takagi.cli.main import main
 from takagi.models.files.library import data_folder
 
 Capture = pytest.CaptureFixture[str]
-
-
-class Verdict(Enum):
-    PROVED = "yes"
-    DISPROVED = "no"
-    UNDECIDED = "open"
-
-
-class Result(NamedTuple):
-    verdict: Verdict
-    claims: list[Any]
-    messages: list[str]
-    assumes: tuple[str, ...] = ()
-
-
-class Claim(NamedTuple):
-    name: str
-    verdict: Verdict
-    text: str
-    assumes: tuple[str, ...] = ()
-    figures: tuple[Figure, ...] = ()
-
-
-class CertificateError(ValueError):
-    __module__ = "takagi.certificates.checker"
 
 
 @pytest.fixture
@@ -70,8 +43,8 @@ def checker(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return module  # type: ignore[no-any-return]
 
 
-def answer(verdict: Verdict) -> Result:
-    return Result(verdict, [Claim("decay", verdict, "at 0.1 1/s")], ["3 inequalities"])
+def answer(verdict: Verdict) -> Checked:
+    return Checked(verdict, [Claim("decay", verdict, "at 0.1 1/s")], ["3 inequalities"])
 
 
 @pytest.mark.parametrize(
@@ -195,22 +168,22 @@ def test_a_refused_file_is_misuse_and_stands_in_the_reports(
 @pytest.mark.parametrize(
     ("error", "case", "status"),
     [
-        (refusal.CertificateError("c.json: not JSON"), "the file is a certificate", 2),
+        (CertificateError("c.json: not JSON"), "the file is a certificate", 2),
         (
-            refusal.CertificateError("provenance: 'sha256' is missing"),
+            CertificateError("provenance: 'sha256' is missing"),
             "the file is a certificate",
             2,
         ),
         (OtherGains("g.json: the law is not"), "the gain file is the certificate's", 1),
-        (refusal.CertificateError("g.json: not JSON"), "the gain file can be read", 2),
+        (CertificateError("g.json: not JSON"), "the gain file can be read", 2),
         (OtherModel("m.toml: not the certificate's"), "the model file is the certificate's", 1),
-        (refusal.CertificateError("m.toml: cannot be read"), "the model file can be read", 2),
+        (CertificateError("m.toml: cannot be read"), "the model file can be read", 2),
     ],
 )
 def test_the_reports_blame_the_file_that_is_refused(
     checker: Any, tmp_path: Path, error: Exception, case: str, status: int
 ) -> None:
-    checker.answer, checker.CertificateError = error, refusal.CertificateError
+    checker.answer = error
     files = {option: tmp_path / option.strip("-") for option in _REPORTS}
     given = ["check", "c.json", "--gains", "g.json", "--model", "m.toml"]
 

@@ -301,17 +301,6 @@ def test_a_static_law_uses_what_is_measured_alone(plant_file: Path, tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_static_gains_and_a_damper_that_is_missing(plant_file: Path, capsys: Capture) -> None:
-    """theta'' = a theta - d theta' + u: a gain on theta alone settles with d > 0 alone."""
-    static = ("--controller", "static", "--settle", "4s")
-
-    assert certified(plant_file, measured("theta"), *static)[0] == 0
-    plant_file.with_name("certificate.json").unlink()
-    status, claims = certified(plant_file, measured("theta", damping=1e-9), *static)
-    assert status == 1 and not any(c["kind"] == "decay" and c["decay_rate"] > 0 for c in claims)
-
-
-@pytest.mark.slow
 def test_a_controller_with_a_state_of_its_own(
     plant_file: Path, tmp_path: Path, capsys: Capture
 ) -> None:

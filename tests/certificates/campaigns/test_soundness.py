@@ -34,19 +34,6 @@ def test_claims_with_closed_forms(name: str) -> None:
         assert counts["number"] > counts["true"]
 
 
-@pytest.mark.slow
-def test_loops_beside_their_threshold() -> None:
-    """Four of each family: whatever ``certify`` finds, it is not false."""
-    rng, totals = np.random.default_rng(8), dict.fromkeys(("PROVED", "DISPROVED"), 0)
-    for family in LOOPS.values():
-        counts = campaign.family_of_loops(family, rng, 4)
-        assert counts["false proved"] == counts["false disproved"] == 0
-        for key in totals:
-            totals[key] += counts[key]
-
-    assert min(totals.values()) > 4
-
-
 def test_a_slack_that_is_no_share_of_the_range_would_be_seen(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

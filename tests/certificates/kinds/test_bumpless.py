@@ -33,10 +33,6 @@ def rates(built: Any) -> dict[str, Any]:
     return bumpless_claim(document["model"], document["gains"], document["claims"][0])
 
 
-def verdict_on_rates(document: dict[str, Any]) -> str:
-    return check_document(resealed(document)).claims[1].verdict.name
-
-
 def test_the_default_loop_is_proved(built: Any, rates: dict[str, Any]) -> None:
     document = resealed(built.document | {"claims": [built.document["claims"][0], rates]})
     found = check_document(document).claims[1]

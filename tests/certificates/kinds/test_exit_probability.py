@@ -20,7 +20,6 @@ from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, sector_model
 from tests.certificates.kinds.claims import Data, model_data, verdict_of
 
-Floats = Any
 x, w = sp.symbols("x w", real=True)
 
 

@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.kinds import simplex_polynomial
 from takagi.certificates.requests import Decay, FuzzyDecay, FuzzyL2Gain
 from takagi.lmi import common_lyapunov, hinf_norm
 from takagi.models import Premise, TSModel
@@ -261,3 +264,18 @@ def test_the_work_of_a_claim_is_counted_gain(
     for most, verdict in ((work, "PROVED"), (work - 1, "REFUSED")):
         monkeypatch.setattr("takagi.certificates.checker.kinds.fuzzy_decay.MOST_WORK", most)
         assert verdict_of(model, None, claim) == verdict
+
+
+@pytest.mark.parametrize(("limit", "work"), [("MOST_PRODUCTS", 9), ("MOST_WORK", 9 * 2**3)])
+def test_products_are_counted_before_they_are_made(
+    limit: str, work: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three terms by three, each a product of matrices of order 2: eight of numbers."""
+    terms = {a: Matrix.identity(2) for a in simplex_polynomial.exponents((3,), (1,))}
+    X = simplex_polynomial.Polynomial((3,), (1,), terms)
+
+    monkeypatch.setattr(simplex_polynomial, limit, work)
+    assert len((X @ X).terms) == 6
+    monkeypatch.setattr(simplex_polynomial, limit, work - 1)
+    with pytest.raises(Refused, match="3 by 3 terms"):
+        X @ X

@@ -264,12 +264,5 @@ def test_name_of_a_claim_stands_in_quotes(
         alone[1],
         f"  PROVED  PROVED  {quoted} (2 matrices)",
     ]
-
-
-def test_name_of_a_claim_stays_as_it_is_for_machines(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = forged_name(tmp_path)
-
     assert main(["check", str(path), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["claims"][0]["name"] == FORGED
