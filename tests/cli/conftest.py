@@ -20,14 +20,12 @@ Files = dict[str, bytes | str]
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Return every file below the folder, by its name in it."""
     files = (path for path in sorted(folder.rglob("*")) if path.is_file())
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
 @pytest.fixture(scope="session")
 def finished(turbine_design: TurbineDesign) -> TurbineDesign:
-    """The default design of the NREL 5-MW turbine."""
     return turbine_design
 
 
@@ -40,17 +38,13 @@ def drawn(_: object, *, tell: Callable[..., None] | None = None) -> Files:
 
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the verbs write a folder without drawing it."""
     monkeypatch.setattr(design_folder, "report_files", drawn)
     unmeasured(monkeypatch)
 
 
 @pytest.fixture
 def stable(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the loop that runs be stable, without five seconds of looking.
-
-    What is looked at is tested in ``tests/reports/test_running_stability``.
-    """
+    """Let the loop that runs be stable, without five seconds of looking."""
     monkeypatch.setattr("takagi.reports.margins.running_stability.require_stable", lambda *_: ())
 
 
@@ -108,10 +102,7 @@ def asked(
 
 @pytest.fixture
 def cubic(tmp_path: Path) -> Path:
-    """A plant file: x' = x + x^3 + u on |x| <= 1, whose vertices are 1 and 2.
-
-    With u = -k x it decays at k - 2, and no faster.
-    """
+    """A plant file: x' = x + x^3 + u on |x| <= 1, whose vertices are 1 and 2."""
     path = tmp_path / "cubic.toml"
     path.write_text(CUBIC, encoding="utf-8")
     return path

@@ -184,8 +184,6 @@ def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: 
     from takagi.models.simulation.baseline import BaselineLaw
 
     class Wild(BaselineLaw):
-        """The reference's controller, its state no number after one step."""
-
         def state_rate(self, state: Any, measurement: Any) -> Any:
             return np.array([np.inf, 0.0])
 
@@ -205,7 +203,6 @@ def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: 
 def test_a_folder_that_cannot_be_written_is_told_first(
     tmp_path: Path, capsys: Capture, place: str
 ) -> None:
-    """Before any simulation: a file in its place, a file on the way, a place that takes none."""
     (tmp_path / "file").write_text("kept")
     status = main([*QUICK, "--out", str(tmp_path / place)])
 

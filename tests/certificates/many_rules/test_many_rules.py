@@ -30,7 +30,6 @@ HERE = Path(__file__).parent
 
 
 def plant_of(path: Path) -> Plant:
-    """Return the plant of a file."""
     found = load_model(path)
     assert isinstance(found, Plant)
     return found
@@ -38,7 +37,6 @@ def plant_of(path: Path) -> Plant:
 
 @pytest.fixture(scope="module")
 def valve() -> tuple[Plant, TSModel]:
-    """The plant with 4 states and 5 premises, and its model."""
     plant = plant_of(HERE / "tank_with_valve.toml")
     return plant, sector_model(plant)
 
