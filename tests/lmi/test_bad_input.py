@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 import takagi.lmi as lmi
 from takagi.lmi import lqr_pdc, observer, pdc
-from takagi.lmi.argument_checks import fixed_mode
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]
@@ -218,30 +217,6 @@ def test_relaxations_that_there_are_not(name: str, relaxation: object) -> None:
 
 
 @pytest.mark.parametrize(
-    ("weight", "message"),
-    [
-        ([[1.0, 1.0], [0.0, 1.0]], r"is not symmetric: entry \[0, 1\] is 1, \[1, 0\] is 0"),
-        ([[1.0, 0.0], [0.0, -1.0]], "has the eigenvalue -1; it must be positive"),
-        ([[np.nan, 0.0], [0.0, 1.0]], r"\[0, 0\] is nan"),
-        (np.eye(3), r"has shape \(3, 3\); \(2, 2\) is needed"),
-        ([1.0, 1.0], r"has shape \(2,\); \(2, 2\) is needed"),
-        (1j * np.eye(2), "cannot be read"),
-        (None, "cannot be read"),
-    ],
-)
-def test_weights_that_make_no_sense(weight: object, message: str) -> None:
-    """Of states and of inputs, by the regulator and by its condition."""
-    model = Plain(A, np.tile(np.eye(2), (2, 1, 1)))
-    for regulator in (lmi.lqr_pdc, lmi.lqr_pdc_condition):
-        with pytest.raises(ModelError, match=f"Q.*{message}"):
-            regulator(model, weight, np.eye(2))  # type: ignore[arg-type]
-        with pytest.raises(ModelError, match=f"R.*{message}"):
-            regulator(model, np.eye(2), weight)  # type: ignore[arg-type]
-    with pytest.raises(ModelError, match="R has the eigenvalue 0; it must be positive definite"):
-        lmi.lqr_pdc(model, np.eye(2), np.zeros((2, 2)))
-
-
-@pytest.mark.parametrize(
     ("vertices", "message"),
     [
         (1j * A, "A cannot be read as an array of numbers .complex entries"),
@@ -302,19 +277,6 @@ def test_in_discrete_time_a_mode_counts_outside_the_open_unit_disc(mode: float) 
     # log(1 / 0.99) / 0.1 s = 0.1005 1/s is as fast as that mode is.
     assert pdc(slow, decay_rate=0.1).found
     assert pdc(slow, decay_rate=0.102).status == "infeasible"
-
-
-def test_a_slow_mode_out_of_reach_counts_against_the_rate_that_is_asked_for() -> None:
-    """Continuous: Re >= -alpha.  Discrete: |z| >= e^(-alpha T)."""
-    A, B = np.array([np.diag([-0.5, 1.0])]), np.array([[[0.0], [1.0]]])
-    assert fixed_mode(A, B, 0.49) is None
-    found = fixed_mode(A, B, 0.51)
-    assert found is not None
-    assert (found[0], found[1]) == (0, -0.5)
-    assert np.allclose(found[2], [1.0, 0.0])
-    z = np.array([np.diag([0.5, 2.0])])
-    assert fixed_mode(z, B, 0.69, step=1.0) is None
-    assert fixed_mode(z, B, 0.70, step=1.0) is not None
 
 
 def test_an_input_may_do_nothing_in_one_vertex() -> None:

@@ -27,7 +27,7 @@ from takagi.lmi import (
 from takagi.lmi.condition.evaluate import fractions, lmi_value, smallest_eigenvalues
 from takagi.lmi.condition.term import Labels
 from takagi.lmi.condition.typeset import lmi_latex
-from takagi.lmi.cone.cone_program import assemble, pack, unpack
+from takagi.lmi.cone.cone_program import assemble, unpack
 from takagi.models import ModelError, Premise, TSModel
 
 Floats = NDArray[np.float64]
@@ -173,15 +173,6 @@ def test_cvxpy_takes_further_constraints() -> None:
     assert smallest_eigenvalues(condition, condition.lmis[2], {"P": value}).min() > 1e-3
 
 
-def test_packing_keeps_inner_products() -> None:
-    """<X, Y> equals the product of the packed triangles, and unpacking undoes packing."""
-    rng = np.random.default_rng(0)
-    X, Y = (M + M.transpose(0, 2, 1) for M in rng.standard_normal((2, 5, 4, 4)))
-
-    np.testing.assert_allclose((pack(X) * pack(Y)).sum(axis=1), (X * Y).sum(axis=(1, 2)))
-    np.testing.assert_allclose(unpack(pack(X).ravel(), 4), X)
-
-
 def test_fractions_pass_through_builders() -> None:
     """Posed of decimals as Fractions, a condition is evaluated as decimals: -1/10 is -1/10."""
     tenth = Fraction(1, 10)
@@ -191,12 +182,6 @@ def test_fractions_pass_through_builders() -> None:
 
     assert found[0, 0, 0] == Fraction(1, 5)
     assert found[0, 0, 1] == -1
-
-
-def test_exact_refuses_what_is_no_number() -> None:
-    """NaN has no exact value."""
-    with pytest.raises(ModelError, match="entry .0,. is nan"):
-        fractions([np.nan])
 
 
 def test_labels_are_made_when_they_are_read() -> None:

@@ -13,6 +13,7 @@ from takagi.lmi import common_lyapunov, explain, hinf_norm, max_decay_rate, pdc
 from takagi.lmi.decision.outcome import Share, binding_items, binding_shares, shares_in_words
 from takagi.lmi.explaining.explanation import on_smaller_box, with_narrower_premise
 from takagi.models import ModelError, Premise, TSModel
+from tests.lmi.known_models import three_rules
 
 Floats = NDArray[np.float64]
 
@@ -25,13 +26,6 @@ def have_common_p(A1: Floats, A2: Floats) -> bool:
 
 def lpj12(low: float = 0.0, high: float = 20.0) -> Floats:
     return np.array([[[-2.0, 4.0], [-1.0 - change, -2.0]] for change in (low, high)])
-
-
-def kim_lee_problem() -> TSModel:
-    return TSModel(
-        [[[1.59, -7.29], [0.01, 0.0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0.0, 0.05]]],
-        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0], [-1.0]]],
-    )
 
 
 def lost_authority() -> TSModel:
@@ -128,7 +122,7 @@ def test_a_blend_whose_mode_decays_by_itself_is_not_in_the_way() -> None:
 
 def test_the_cheapest_relaxation_that_helps_ends_the_search() -> None:
     """Kim and Lee (2000): gains by theirs, not by all pairs, Tuan's, or a slack."""
-    told = explain(pdc(kim_lee_problem()), kim_lee_problem())
+    told = explain(pdc(three_rules(0.0)), three_rules(0.0))
 
     assert dict(told.relaxations) == {"tuan": False, "tanaka-wang": False, "kim-lee": True}
     assert told.stuck is None
@@ -156,7 +150,7 @@ def test_discrete_time() -> None:
 
 def test_a_model_need_not_be_one_of_ours() -> None:
     """Arrays in any object."""
-    plain = SimpleNamespace(A=kim_lee_problem().A, B=kim_lee_problem().B)
+    plain = SimpleNamespace(A=three_rules(0.0).A, B=three_rules(0.0).B)
     told = explain(pdc(plain), plain)
 
     assert told.box is not None and 0.9 < told.box < 1.0
@@ -169,7 +163,7 @@ def test_an_answer_to_another_question_is_refused() -> None:
     with pytest.raises(ModelError, match="explain knows the answers of pdc and of common_lyapunov"):
         explain(norm, -np.eye(2))
     with pytest.raises(ModelError, match="input_limit has shape"):
-        explain(pdc(kim_lee_problem()), kim_lee_problem(), input_limit=[1.0, 2.0])
+        explain(pdc(three_rules(0.0)), three_rules(0.0), input_limit=[1.0, 2.0])
 
 
 def test_items_without_a_share_are_not_named() -> None:

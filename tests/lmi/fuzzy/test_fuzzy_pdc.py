@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import (
@@ -171,21 +169,6 @@ def test_a_premise_that_jumps_has_no_part_in_P() -> None:
 
     np.testing.assert_array_equal(design.matrices[0], design.matrices[1])
     assert np.abs(design.matrices[0] - design.matrices[2]).max() > 0
-
-
-@settings(max_examples=6)
-@given(st.integers(0, 1000))
-def test_random_rules_are_held_as_promised(seed: int) -> None:
-    """Whatever is found decays as it says, at the corners of the rate and between the rules."""
-    rng = np.random.default_rng(seed)
-    model = TSModel(rng.standard_normal((2, 2, 2)), 1 + 0.3 * rng.standard_normal((2, 2, 1)))
-    design = fuzzy_pdc(model, rate_bounds=0.5)
-    common = pdc(model)
-
-    assert design.found or not common.found
-    if design.found:
-        assert design.answer.decay_rate is not None and design.answer.decay_rate >= 0
-        assert slowest(model, design, 0.5) >= design.answer.decay_rate - 1e-6
 
 
 def test_units_do_not_matter() -> None:

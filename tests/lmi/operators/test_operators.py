@@ -16,7 +16,6 @@ from takagi.lmi import (
     Term,
     Unknown,
     block,
-    common_lyapunov_condition,
     decide,
     exact_matrices,
     exact_no,
@@ -306,14 +305,6 @@ def test_what_reads_lmis_alone_refuses_equalities() -> None:
 
     with pytest.raises(ModelError, match="parametrised"):
         exact_no(condition)
-
-
-def test_the_plain_lyapunov_condition_is_unchanged_by_operators() -> None:
-    """``He(P @ A) << 0`` is the decay LMI of ``common_lyapunov_condition`` at rate 0."""
-    theirs = common_lyapunov_condition(A)
-    mine = pose(symmetric() >> 0, symmetric() <= np.eye(2), He(symmetric() @ A) << 0)
-
-    assert same(theirs, mine)
 
 
 def value_of(expression: Any, values: dict[str, Any]) -> Any:

@@ -53,20 +53,6 @@ def test_the_loop_of_one_rule_has_the_peak_gain_of_its_design(sample_time: float
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sample_time", [None, 0.1])
-def test_no_blend_of_the_loop_has_a_larger_bound(sample_time: float | None) -> None:
-    """Frozen memberships are among what the bound covers, each with a P of its own."""
-    model = three_rules(sample_time)
-    design = peak_pdc(model, tolerance=1e-3)
-    found = [
-        peak_gain(*loop(model, design.require()[0], h), sample_time=sample_time).gain
-        for h in blends(3, 3)
-    ]
-
-    assert all(gain is not None and gain <= gain_of(design) for gain in found)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("sample_time", "limit"), [(None, None), (None, 0.7), (0.1, 0.8)])
 def test_nothing_leaves_the_ellipsoid(sample_time: float | None, limit: float | None) -> None:
     """From rest, switched at random, under the worst w of its peak: V, |z| and |u| keep bounds."""

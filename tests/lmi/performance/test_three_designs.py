@@ -23,8 +23,13 @@ from takagi.lmi import (
 from takagi.lmi.condition.evaluate import margin
 from takagi.models import TSModel
 from tests.lmi import known_models
-from tests.lmi.norms import hamiltonian_norm
-from tests.lmi.performance.disturbed import blends, gain_of, loop, two_rules
+from tests.lmi.norms import (
+    frequency_norm,
+    gramian_norm,
+    hamiltonian_norm,
+    sampled_gramian_norm,
+)
+from tests.lmi.performance.disturbed import blends, gain_of, loop, three_rules, two_rules
 
 DESIGNS: dict[str, Callable[..., Design]] = {"h2": h2_pdc, "hinf": hinf_pdc, "peak": peak_pdc}
 # The unknown that is minimised, and whether it is the gain or its square.
@@ -74,6 +79,21 @@ def test_the_gains_hold_in_the_models_own_coordinates(kind: str, sample_time: fl
     assert margin(condition, values) > 0
     assert margin(condition, {**values, "M": -values["M"]}) < 0
     assert margin(condition, {**values, name: 0.9 * least}) < 0
+
+
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+@pytest.mark.parametrize("kind", ["h2", "hinf"])
+def test_no_blend_of_the_loop_has_a_larger_norm(kind: str, sample_time: float | None) -> None:
+    """Frozen memberships are among what the bound covers: the loop by Gramians or frequencies."""
+    model, zero = three_rules(sample_time), np.zeros((2, 2))
+    design = DESIGNS[kind](model, tolerance=0.02)
+    norm: Callable[..., float] = {
+        "h2": (lambda A, B, C, _: gramian_norm(A, B, C), sampled_gramian_norm),
+        "hinf": (hamiltonian_norm, frequency_norm),
+    }[kind][sample_time is not None]
+    worst = max(norm(*loop(model, design.require()[0], h), zero) for h in blends(3, 12))
+
+    assert 0.3 * gain_of(design) < worst <= gain_of(design)
 
 
 @pytest.mark.parametrize("kind", DESIGNS)

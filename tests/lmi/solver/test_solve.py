@@ -10,17 +10,12 @@ import numpy as np
 import pytest
 
 from takagi.lmi import (
-    LMI,
     Condition,
-    Constant,
-    Term,
-    Unknown,
     common_lyapunov,
     common_lyapunov_condition,
     decide,
 )
-from takagi.lmi.condition.evaluate import margin
-from takagi.lmi.cone.cone_program import ConeProgram, Raw, SolverRow, assemble, cone_program
+from takagi.lmi.cone.cone_program import ConeProgram, Raw
 from takagi.lmi.decision import decide as stages
 from takagi.lmi.solver import solve
 from takagi.lmi.solver.solve import Session, attempts
@@ -29,13 +24,6 @@ from takagi.lmi.solver.solve import Session, attempts
 def stable() -> Condition:
     """Return the condition of one stable matrix."""
     return common_lyapunov_condition(np.array([[-1.0, 2.0], [-3.0, -4.0]]))
-
-
-def margin_program(condition: Condition) -> ConeProgram:
-    """Return: the largest t <= 1."""
-    data = assemble(condition)
-    t = np.eye(len(data.objective) + 1)[-1]
-    return cone_program(data, -t, (SolverRow(t, 1.0),))
 
 
 def test_a_lying_solver_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,30 +72,6 @@ def test_the_bound_is_above_the_margin() -> None:
     outcome = stages.decide(stable())
 
     assert outcome.margin <= outcome.bound <= outcome.margin * (1 + 1e-5)
-
-
-def test_optimising_ends_centred() -> None:
-    """Least trace of P > I with A'P + PA < -I is scaled Lyapunov's; the answer has a margin."""
-    n, A = 2, np.array([[-1.0, 2.0], [-3.0, -4.0]])
-    P, one = Unknown("P", n, n, symmetric=True), np.eye(n)[None]
-    floor = LMI(name="P", blocks=(n,), terms=(Term(unknown=P, left=one, right=one),))
-    vertex = LMI(
-        name="vertex",
-        blocks=(n,),
-        terms=(Term(unknown=P, left=one, right=A[None], plus_transpose=True),),
-        constants=(Constant(value=one),),
-        sign=-1,
-    )
-    condition = Condition(
-        name="least trace", unknowns=(P,), lmis=(floor, vertex), objective={"P": one}
-    )
-    outcome = stages.optimise(condition)
-    kronecker = np.kron(np.eye(2), A.T) + np.kron(A.T, np.eye(2))
-    exact = np.trace(np.linalg.solve(kronecker, -np.eye(2).ravel()).reshape(2, 2))
-
-    assert outcome.status == "candidate"
-    assert outcome.objective == pytest.approx(exact, rel=1e-5)
-    assert margin(condition, outcome.values) > 1e-8
 
 
 def test_every_public_name_is_what_it_says() -> None:

@@ -217,26 +217,6 @@ def test_names_that_make_no_sense() -> None:
         relaxation_named("product-1")(loop)
 
 
-def test_the_bound_is_what_the_eigenvalues_of_the_items_say() -> None:
-    """Without slack unknowns the least s is the largest eigenvalue of a coefficient."""
-    theta = random_theta(11, 3, 2)
-    loop, _ = known_sum(theta)
-    (lmi,) = relaxation_named("polya-2")(loop)[1]
-    total = float(-lmi.terms[0].left[0, 0, 0])
-    eigenvalues = np.linalg.eigvalsh(lmi.constants[0].value)[:, -1] / total
-
-    assert bound(theta, "polya-2") == pytest.approx(float(eigenvalues.max()), abs=NEAR)
-
-
-def test_one_gain_for_all_is_decided_by_the_rules_alone() -> None:
-    """Theta_ij that does not change with j: the largest of the vertices, exactly."""
-    vertices = random_theta(0, 3, 2)[:, :1]
-    theta = np.broadcast_to(vertices, (3, 3, 2, 2)).copy()
-
-    exact = float(np.linalg.eigvalsh(vertices)[..., -1].max())
-    assert bound(theta, "common-gain") == pytest.approx(exact, rel=NEAR)
-
-
 @pytest.mark.parametrize(
     "name", [*RELAXATIONS, "polya-0", "polya-3", "product-0", "product-1", "product-3"]
 )
@@ -252,16 +232,6 @@ def test_sizes_are_known_before_anything_is_built(name: str) -> None:
     assert size.slack_variables == sum(unknown.length for unknown in slack)
     assert size.width == max(lmi.size for lmi in lmis)
     assert size.lmis == sum(lmi.count for lmi in lmis)
-
-
-def test_products_of_corners_are_fewer_than_pairs() -> None:
-    """Four premises of two corners: 3^4 coefficients in the place of 16 17 / 2 pairs."""
-    corners = combinations_of(2, 2, 2, 2)
-
-    assert relaxation_size("product", 16, corners).lmis == 3**4
-    assert relaxation_size("wang-tanaka-griffin", 16).lmis == 136
-    assert relaxation_size("polya-2", 16).lmis == 3876
-    assert relaxation_size("product-2", 16, corners).lmis == 5**4
 
 
 def test_what_is_too_large_is_refused_with_what_is_not() -> None:

@@ -47,17 +47,6 @@ def test_one_vertex_is_lqr(x: tuple[float, ...], u: tuple[float, ...]) -> None:
     assert pytest.approx(expected, rel=0.01) == K
 
 
-def test_where_the_optimum_is_flat_the_cost_is_lqrs() -> None:
-    """A cheap input makes gains a matter of taste: the cost is still within 1 % of Riccati's."""
-    A, B = np.array([[0.2, 1.0], [-1.0, -0.3]]), np.array([[0.0], [1.0]])
-    x, u = np.array([3.0, 0.1]), np.array([50.0])
-    K = guaranteed_cost_gain(A[None], B[None], state_ranges=x, input_ranges=u)
-
-    assert K is not None
-    best = float(np.trace(np.diag(x) @ riccati(A, B, x, u)[0] @ np.diag(x)))
-    assert best * (1 - 1e-9) <= cost(A, B, K, x, u) <= 1.01 * best
-
-
 def test_one_gain_serves_all_vertices_at_a_price() -> None:
     """The shared gain stabilises each vertex; no vertex costs less than its own optimum."""
     A, B = vertices()

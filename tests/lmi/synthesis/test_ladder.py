@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from takagi.lmi import EigenvalueRegion, RelaxationResult, lqr_pdc, pdc, pdc_condition
 from takagi.lmi.sums.relaxations import contains
 from takagi.models import ModelError, Premise, TSModel
-from tests.lmi.known_models import pendulum, three_rules
+from tests.lmi.known_models import blended_rates, pendulum, three_rules
 
 NAMES = (
     "common-gain",
@@ -48,6 +48,7 @@ def result_named(results: tuple[RelaxationResult, ...], name: str) -> Relaxation
         ("polya-1", -0.66993),
         ("kim-lee", 1.25935),
         ("polya-2", 1.29992),
+        ("liu-zhang", 2.72520),
         ("polya-4", 2.72785),
         ("polya-8", 3.93341),
         ("polya-16", 4.87284),
@@ -55,11 +56,10 @@ def result_named(results: tuple[RelaxationResult, ...], name: str) -> Relaxation
     ],
 )
 def test_three_rules_close_to_each_limit(relaxation: str, limit: float) -> None:
-    """Kim and Lee (2000): the brackets of b, recomputed; below b = 0 and above polya-8 our own.
-
-    Liu and Zhang's limit, 2.7252, is in ``test_compensation``.
-    """
-    assert pdc(three_rules(limit - 2e-3), relaxation=relaxation).found
+    """Kim and Lee (2000): the brackets of b, recomputed; below b = 0 and above polya-8 our own."""
+    below = pdc(three_rules(limit - 2e-3), relaxation=relaxation)
+    assert below.found
+    assert blended_rates(three_rules(limit - 2e-3), below).min() > 0
     assert pdc(three_rules(limit + 2e-3), relaxation=relaxation).status == "infeasible"
 
 

@@ -23,7 +23,6 @@ from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.refutation.exact_algebra import is_definite
 from takagi.models import ModelError, Premise, TSModel
 from tests.lmi.known_models import oscillators, planar_pair, rolmip_pair
-from tests.lmi.published.solved import ROLMIP_DISCRETE, ROLMIP_PRINTED
 
 Floats = NDArray[np.float64]
 
@@ -310,24 +309,6 @@ def test_discrete_time_from_any_step_to_none(
     assert below.found
     assert not fuzzy_lyapunov(rolmip_pair(limit + 1e-3), **pose).found
     assert steepest_step(rolmip_pair(limit - 1e-3), below, bound) <= 1
-
-
-def test_the_printed_P_of_the_rolmip_manual_holds_exactly() -> None:
-    """Section 7.1: residuals 0.17957, 0.12168, 0.056108 of [[P, A'P], [., P]], by rationals.
-
-    They are of the polynomial's plain coefficients; that of h_1 h_2 is twice Bernstein's.
-    """
-    exact = np.vectorize(Fraction, otypes=[object])
-    A, P = exact(np.array(ROLMIP_DISCRETE)), exact(np.array(ROLMIP_PRINTED))
-    condition = fuzzy_lyapunov_condition(A, rate_bounds=0, sample_time=1.0)
-    plain = exact_matrices(condition, condition.lmis[-1], {"P": P})
-    plain = plain * np.array([1, 2, 1])[:, None, None]
-
-    for matrix, residual in zip(plain, (0.17957, 0.12168, 0.056108), strict=True):
-        below, above = Fraction(residual) - Fraction("1e-5"), Fraction(residual) + Fraction("1e-5")
-        one = np.eye(4, dtype=int).astype(object)
-        assert is_definite(matrix - below * one)
-        assert not is_definite(matrix - above * one)
 
 
 def test_any_step_agrees_with_daafouz_and_bernussou() -> None:
