@@ -132,13 +132,18 @@ def three_rules(b: float, a: float = 2.0) -> TSModel:
     )
 
 
-def pendulum(step: float | None = None) -> TSModel:
+def pendulum(step: float | None = None, authority: tuple[float, float] = (-0.177, -0.1)) -> TSModel:
     """Return two rules of a pendulum on a cart; by Euler's rule in discrete time."""
     A = np.array([[[0.0, 1.0], [17.3, 0.0]], [[0.0, 1.0], [9.4, 0.0]]])
-    B = np.array([[[0.0], [-0.177]], [[0.0], [-0.1]]])
+    B = np.array([[[0.0], [b]] for b in authority])
     if step is None:
         return TSModel(A, B)
     return TSModel(np.eye(2) + step * A, step * B, sample_time=step)
+
+
+def torque_pendulum() -> TSModel:
+    """The same, moved by a torque."""
+    return pendulum(authority=(-2.0, -1.0))
 
 
 def blended_rates(model: TSModel, design: Design, h: Floats | None = None) -> Floats:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from takagi.lmi import Answer, attraction_ellipsoid, attraction_pdc
 from takagi.models import ModelError, TSModel, sector_model
-from tests.lmi.synthesis.placed import pendulum
+from tests.lmi.known_models import torque_pendulum
 from tests.symbolic_plants import plant_of
 
 pytestmark = pytest.mark.numeric
@@ -103,15 +103,17 @@ def test_a_scalar_plant_with_saturation_from_both_sides() -> None:
 
 def test_v_falls_at_its_rate_everywhere_in_the_ellipsoid() -> None:
     limit = np.array([10.0])
-    design = attraction_pdc(pendulum(), input_limit=limit, decay_rate=2.0, saturated_decay_rate=0.1)
+    design = attraction_pdc(
+        torque_pendulum(), input_limit=limit, decay_rate=2.0, saturated_decay_rate=0.1
+    )
     K, P = design.require()
 
-    require_contractive(pendulum(), K, P, limit, (2.0, 0.1))
+    require_contractive(torque_pendulum(), K, P, limit, (2.0, 0.1))
 
 
 def test_saturation_buys_a_larger_region_for_fast_gains() -> None:
     """Decay 2 1/s near 0, torque 10 N m: twice the area once the torque may saturate."""
-    model = pendulum()
+    model = torque_pendulum()
     areas = [
         area(attraction_pdc(model, input_limit=10.0, saturation=way, decay_rate=2.0).answer)
         for way in (None, "polytope")
@@ -122,7 +124,7 @@ def test_saturation_buys_a_larger_region_for_fast_gains() -> None:
 
 def test_with_one_rate_for_all_saturation_buys_nothing() -> None:
     """Hu and Lin (2001): the set that a saturated law makes contractive, H x does unsaturated."""
-    model = pendulum()
+    model = torque_pendulum()
     plain = area(attraction_pdc(model, input_limit=10.0, saturation=None).answer)
     more = attraction_pdc(model, input_limit=10.0).answer
     assert area(more) == pytest.approx(plain, rel=2e-3)
@@ -173,7 +175,7 @@ def test_limits_on_top_of_each_other_only_shrink_the_ellipsoid() -> None:
 
 def test_the_points_are_what_counts() -> None:
     """Measured by one direction, the ellipsoid reaches farther there than the largest one does."""
-    model, point = pendulum(), np.array([[1.0, 4.0]])
+    model, point = torque_pendulum(), np.array([[1.0, 4.0]])
     ways = {
         name: attraction_pdc(model, input_limit=10.0, decay_rate=1.0, measure=measure).P
         for name, measure in (("volume", "volume"), ("point", point))
@@ -186,9 +188,9 @@ def test_the_points_are_what_counts() -> None:
 def test_units_do_not_matter() -> None:
     """Angle in mrad, torque in kN m: the same ellipsoid in those units."""
     S, T = np.array([2.0**10, 2.0**4]), 2.0**-10
-    other = TSModel(pendulum().A * S[:, None] / S, pendulum().B * S[:, None] / T)
+    other = TSModel(torque_pendulum().A * S[:, None] / S, torque_pendulum().B * S[:, None] / T)
     options = {"saturation": "polytope", "decay_rate": 2.0}
-    plain = attraction_pdc(pendulum(), input_limit=10.0, **options)  # type: ignore[arg-type]
+    plain = attraction_pdc(torque_pendulum(), input_limit=10.0, **options)  # type: ignore[arg-type]
     scaled = attraction_pdc(other, input_limit=10.0 * T, **options)  # type: ignore[arg-type]
 
     assert area(scaled.answer) == pytest.approx(area(plain.answer) * S.prod(), rel=1e-3)
@@ -210,7 +212,7 @@ def test_any_size_of_limit_is_answered(limit: float) -> None:
 
 def test_the_rate_of_the_answer_holds_in_the_whole_ellipsoid() -> None:
     """With saturation it is the smaller one: that of the saturated input."""
-    model, rates = pendulum(), {"decay_rate": 2.0, "saturated_decay_rate": 0.1}
+    model, rates = torque_pendulum(), {"decay_rate": 2.0, "saturated_decay_rate": 0.1}
 
     assert attraction_pdc(model, input_limit=10.0, **rates).decay_rate == 0.1  # type: ignore[arg-type]
     design = attraction_pdc(model, input_limit=10.0, saturation=None, **rates)  # type: ignore[arg-type]

@@ -23,28 +23,52 @@ def frozen_eigenvalues(model: TSModel, design: Design) -> NDArray[np.complex128]
 
 
 @pytest.mark.parametrize(
-    "region",
+    ("region", "relaxation"),
     [
-        EigenvalueRegion.half_plane(3.0),
-        EigenvalueRegion.disc(2.0, centre=-5.0),
-        EigenvalueRegion.vertical_strip(1.0, 5.0),
-        EigenvalueRegion.half_plane(3.0) & EigenvalueRegion.disc(9.0),
+        (EigenvalueRegion.half_plane(3.0), "common-gain"),
+        (EigenvalueRegion.disc(2.0, centre=-5.0), "wang-tanaka-griffin"),
+        (EigenvalueRegion.vertical_strip(1.0, 5.0), "tanaka-wang"),
+        (EigenvalueRegion.half_plane(3.0) & EigenvalueRegion.disc(9.0), "tuan"),
+        (EigenvalueRegion.half_plane(3.0) & EigenvalueRegion.sector(0.3), "kim-lee"),
+        (EigenvalueRegion.disc(4.0), "liu-zhang"),
+        (EigenvalueRegion.half_plane(3.0) & EigenvalueRegion.disc(9.0), "polya-1"),
     ],
     ids=str,
 )
-@pytest.mark.parametrize("relaxation", ["wang-tanaka-griffin", "tuan"])
 def test_eigenvalues_of_all_blends_lie_in_the_region(
     region: EigenvalueRegion, relaxation: str
 ) -> None:
     """Chilali and Gahinet (1996); without the region some lie outside."""
     model = pendulum()
-    free = frozen_eigenvalues(model, pdc(model, decay_rate=0.1, relaxation=relaxation))
-    inside = frozen_eigenvalues(
-        model, pdc(model, decay_rate=0.1, relaxation=relaxation, region=region)
-    )
+    free, held = (pdc(model, relaxation=relaxation, region=asked) for asked in (None, region))
 
-    assert all(region.contains(z) for z in inside)
-    assert not all(region.contains(z) for z in free)
+    assert all(region.contains(z) for z in frozen_eigenvalues(model, held))
+    assert not all(region.contains(z) for z in frozen_eigenvalues(model, free))
+
+
+def test_a_disc_places_the_poles_of_a_sampled_loop() -> None:
+    """Discrete time: |z - 0.6| < 0.3 for the eigenvalues of every blend."""
+    design = pdc(pendulum(0.05), region=EigenvalueRegion.disc(0.3, centre=0.6))
+
+    assert np.abs(frozen_eigenvalues(pendulum(0.05), design) - 0.6).max() < 0.3
+
+
+@pytest.mark.parametrize(
+    ("region", "reachable"),
+    [
+        (EigenvalueRegion.half_plane(1.9), True),
+        (EigenvalueRegion.half_plane(2.1), False),
+        (EigenvalueRegion.disc(2.1), True),
+        (EigenvalueRegion.disc(1.9), False),
+        (EigenvalueRegion.vertical_strip(1, 1.9) & EigenvalueRegion.disc(3), False),
+    ],
+    ids=str,
+)
+def test_a_mode_out_of_reach_decides(region: EigenvalueRegion, reachable: bool) -> None:
+    """A mode at -2 that no input moves: only regions that hold it can be reached."""
+    model = TSModel([[[-2.0, 0.0], [0.0, 1.0]]], [[[0.0], [1.0]]])
+
+    assert pdc(model, region=region).found == reachable
 
 
 def test_a_half_plane_is_a_decay_rate() -> None:
