@@ -91,40 +91,6 @@ def test_commands_follow_the_formulas(
     assert filtered == pytest.approx(0, abs=1e-12)
 
 
-@given(wind=WINDS, e=ERRORS, x=ERRORS)
-def test_both_actuators_together_buy_the_demanded_effort(
-    law: EffortSharingLaw, wind: float, e: float, x: float
-) -> None:
-    """b (beta - beta_min) - (T_rated - T) / E = U: no effort is lost or bought twice."""
-    omega, U, b = demanded(law, wind, e, x)
-    command = law.command([x, wind], Measurement(omega, 0.0, wind))
-    bought = b * (command.pitch - law.pitch_min)
-    bought -= (law.rated_torque - command.torque) / law.effort_torque
-
-    assert bought == pytest.approx(U, abs=1e-9) or command.torque == 0.0
-
-
-@given(wind=WINDS, e=ERRORS)
-def test_more_speed_never_asks_for_less(law: EffortSharingLaw, wind: float, e: float) -> None:
-    """Torque and pitch both rise with the speed error: no state in which they fight."""
-    omega, _, _ = demanded(law, wind, e, 0.0)
-    one, two = (
-        law.command([0.0, wind], Measurement(omega + step, 0.0, wind)) for step in (0.0, 1e-3)
-    )
-
-    assert two.torque >= one.torque - 1e-6 and two.pitch >= one.pitch - 1e-12
-
-
-def test_commands_are_continuous_across_every_node(law: EffortSharingLaw) -> None:
-    """Only the integral's rate may step from cell to cell."""
-    for wind in law.schedule.wind[1:-1]:
-        left, right = (
-            law.command([0.01, w], Measurement(1.2, 0.0, w)) for w in (wind - 1e-9, wind + 1e-9)
-        )
-        assert left.torque == pytest.approx(right.torque, abs=1e-2)
-        assert left.pitch == pytest.approx(right.pitch, abs=1e-7)
-
-
 def test_the_integral_is_held_at_its_limit_and_let_go(law: EffortSharingLaw) -> None:
     """At |x| = limit it may move inward alone."""
     limit = law.integral_limit
@@ -321,21 +287,6 @@ def test_the_limit_shortens_the_way_back(turbine: Turbine) -> None:
     assert held.rotor_speed.min() < 0.95 * rated
     overspeed = [float(run.rotor_speed[after].max() / rated - 1) for run in (held, free)]
     assert overspeed[0] < 0.06 and overspeed[0] < 0.6 * overspeed[1]
-
-
-@pytest.mark.slow
-def test_it_recovers_within_a_minute(turbine: Turbine) -> None:
-    """Speed within 2.5 % of rated from 30 s after the fault on, 1 % from 44 s on.
-
-    That is the filter of 12 s on the estimate, which forgets 6 m/s.  The integral is inside again.
-    """
-    history = faulty(turbine, 0.1)
-    late, last = (history.time > FAULT[1] + after for after in (30.0, 44.0))
-    off = np.abs(history.rotor_speed / turbine.rated_rotor_speed - 1)
-
-    assert off[late].max() < 0.025
-    assert off[last].max() < 0.01
-    assert np.abs(history.law_states[last, 0]).max() < 0.05
 
 
 @pytest.fixture(scope="module")

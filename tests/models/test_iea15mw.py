@@ -13,10 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from takagi.models import ModelError, Turbine, built_in_models, load_model
+from takagi.models import ModelError, Turbine, load_model
 from takagi.models.files.csv_table import read_coefficient_table
 from takagi.models.files.library import data_folder
-from takagi.models.files.units import UNITS
 from takagi.models.laws.effort_sharing.schedule import frozen_wake_effectiveness
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.turbine.data import rotor_torque_gradient
@@ -53,11 +52,6 @@ def linearisations() -> list[tuple[float, float, float, float, float]]:
         (22.0, 19.710, -1.0647, 0.01892, -0.3709),
         (24.0, 21.698, -1.1968, 0.02011, -0.4549),
     ]
-
-
-def test_it_is_listed() -> None:
-    """`takagi models` has it, as a turbine."""
-    assert dict(built_in_models())["iea15mw"].startswith("IEA 15-MW reference wind turbine")
 
 
 def test_rated_power_is_torque_times_speed_times_efficiency() -> None:
@@ -192,19 +186,6 @@ def test_equivalent_tower_and_shaft() -> None:
     assert tower / (2 * np.pi) == pytest.approx(0.17, abs=5e-4)
     assert turbine.tower_damping / (2 * turbine.tower_mass * tower) == pytest.approx(0.01, rel=2e-3)
     assert np.sqrt(turbine.shaft_stiffness * both) / (2 * np.pi) == pytest.approx(31.1, abs=0.1)
-
-
-def test_every_figure_has_unit_and_source() -> None:
-    """A known unit and a sentence on where it was read; what is chosen says so."""
-    turbine = iea()
-
-    for path, figure in turbine.figures.items():
-        assert figure.unit in UNITS, path
-        assert len(figure.source) > 10, path
-    assert "chosen" in turbine.frozen_wake.source
-    for name in FILES[1:]:
-        text = (data_folder() / name).read_text(encoding="utf-8")
-        assert "ROSCO 2.10.6" in text and "licence: Apache-2.0" in text
 
 
 def momentum_theory() -> list[tuple[float, float]]:

@@ -9,9 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
-from scipy.linalg import expm
-from scipy.optimize import brentq
 
 from takagi.models import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
@@ -21,11 +18,10 @@ from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import History, fitting_step, simulate
 from takagi.models.simulation.turbine_plant import design_plant, validation_plant
 from takagi.models.simulation.wind import same_turbulence, step_wind
-from takagi.models.turbine.data import Turbine, rotor_torque_gradient
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 from tests.winds import constant_wind
 
-Array = NDArray[np.float64]
 REST = Command(4e4, 0.1)
 
 
@@ -77,13 +73,6 @@ def test_a_filter_faster_than_the_samples_is_stable(law: EffortSharingLaw) -> No
 
     assert state[1] == pytest.approx(14.0, abs=1e-9)
     assert abs(euler[1] - 14.0) > 1e4
-
-
-def test_without_a_filter_the_state_keeps_its_wind(law: EffortSharingLaw) -> None:
-    """tau_f = 0: nothing to discretise."""
-    direct = replace(law, wind_filter=0.0)
-
-    assert direct.advance([0.0, 3.0], Measurement(1.2, 0.0, 14.0), 0.02)[1] == 3.0
 
 
 def test_a_law_without_its_own_step_takes_eulers(turbine: Turbine) -> None:
@@ -161,52 +150,6 @@ def test_a_computation_time_is_a_later_command(law: EffortSharingLaw, turbine: T
     assert np.abs(pitch[2:] - (reference[1:-1] + (pitch[1:-1] - reference[1:-1]) * decay)).max() > (
         1e-5
     )
-
-
-def sampled_radius(law: EffortSharingLaw, turbine: Turbine, wind: float, time: float) -> float:
-    """Return the spectral radius of the sampled loop at a trim, torque at rated, exactly.
-
-    Plant (omega, beta) by the matrix exponential of its linearisation with the pitch reference
-    held; law x <- x - T nu e, beta_ref = gamma (e - x) / b.
-    """
-    table = law.schedule
-    pitch, speed = table.pitch(wind, turbine), turbine.rated_rotor_speed
-    a, slope, _ = (
-        float(part) / turbine.inertia for part in rotor_torque_gradient(turbine, speed, pitch, wind)
-    )
-    tau, gamma = (
-        turbine.pitch_time_constant,
-        float(np.interp(wind, table.wind, law.gains.proportional)),
-    )
-    gamma_i = gamma * law.gains.integral_rate[np.searchsorted(table.wind, wind, side="right") - 1]
-    b = float(np.interp(wind, table.wind, table.effectiveness))
-    held = expm(time * np.array([[a, slope, 0], [0, -1 / tau, 1 / tau], [0, 0, 0]]))
-    A, B = held[:2, :2], held[:2, 2]
-    row = np.array([gamma / b, 0.0, -gamma / b])
-    loop = np.zeros((3, 3))
-    loop[:2, :2] = A
-    loop[:2] += np.outer(B, row)
-    loop[2] = [-time * gamma_i / gamma, 0.0, 1.0]
-    return float(np.abs(np.linalg.eigvals(loop)).max())
-
-
-def test_the_simulated_loop_is_lost_where_its_sampled_poles_say(
-    law: EffortSharingLaw, turbine: Turbine
-) -> None:
-    """At 18 m/s the poles leave the unit circle at one sample time: below it the loop settles."""
-    limit = brentq(lambda T: sampled_radius(law, turbine, 18.0, T) - 1, 0.5, 5.0)
-    plant = design_plant(turbine)
-    spread = {}
-    for share in (0.9, 1.1):
-        wind = step_wind(17.9, 18.0, 60 * limit, begin=limit)
-        steady = replace(law, wind_filter=1e-3)
-        history = simulate(plant, SampledLaw(steady, share * limit), wind)
-        tail = history.rotor_speed[len(history.time) // 2 :]
-        spread[share] = float(np.ptp(tail[-12:]) / np.ptp(tail[:12]))
-
-    assert 1.0 < limit < 5.0
-    assert spread[0.9] < 0.5
-    assert spread[1.1] > 0.9
 
 
 def test_a_program_has_the_name_and_the_states_of_its_law() -> None:

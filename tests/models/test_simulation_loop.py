@@ -82,20 +82,6 @@ def test_tower_energy_balance() -> None:
     assert work - lost == pytest.approx(float(stored[-1] - stored[0]), abs=1e-3 * abs(work))
 
 
-@pytest.mark.slow
-def test_halving_the_sampling_converges() -> None:
-    """Sampling the law twice as often halves what sampling changes."""
-    plant = validation_plant(nrel5mw())
-    often = baseline_run(plant, time_step=0.005, sample=0.005).rotor_speed
-    gaps = [
-        np.abs(baseline_run(plant, sample=step).rotor_speed - often[:: round(step / 0.005)]).max()
-        for step in (0.08, 0.04, 0.02)
-    ]
-
-    assert gaps[2] < 0.6 * gaps[1] < 0.36 * gaps[0]
-    assert gaps[2] < 2e-3
-
-
 def test_loop_equals_an_adaptive_solver() -> None:
     """Constant commands from trim: scipy's DOP853 on ``plant_rate``, no limit being met."""
     plant = validation_plant(nrel5mw(), torsion=True, wake=True)

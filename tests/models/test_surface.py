@@ -79,21 +79,6 @@ def test_a_cubic_is_reproduced_with_its_derivatives(dx: int, dy: int) -> None:
     assert polynomial_surface()(x, y, dx, dy) == pytest.approx(along_x * along_y, abs=1e-8)
 
 
-@pytest.mark.parametrize(("dx", "dy"), [(1, 0), (0, 1), (1, 1), (2, 0), (0, 2)])
-def test_derivatives_against_differences(dx: int, dy: int) -> None:
-    """Central differences of the next lower derivative agree with the exact one."""
-    torque = nrel5mw().torque
-    generator = np.random.default_rng(5)
-    x, y = generator.uniform(2.5, 14, 200), generator.uniform(-0.08, 0.5, 200)
-    step = 1e-6
-    if dx:
-        difference = torque(x + step, y, dx - 1, dy) - torque(x - step, y, dx - 1, dy)
-    else:
-        difference = torque(x, y + step, dx, dy - 1) - torque(x, y - step, dx, dy - 1)
-
-    assert torque(x, y, dx, dy) == pytest.approx(difference / (2 * step), rel=1e-4, abs=1e-4)
-
-
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(boxes(), st.sampled_from(ORDERS))
 def test_bounds_contain_samples(box: tuple[Interval, Interval], order: tuple[int, int]) -> None:

@@ -118,15 +118,6 @@ def test_trim_is_continuous() -> None:
         assert steps.max() < largest
 
 
-def test_power_in_region_2_is_the_best_at_smallest_pitch() -> None:
-    """No neighbouring speed gives more power at 8 m/s: the optimum is one."""
-    turbine = nrel5mw()
-    point = trim(turbine, 8.0)
-    speeds = point.rotor_speed * np.linspace(0.9, 1.1, 41)
-
-    assert np.argmax(speeds * rotor_torque(turbine, speeds, 0.0, 8.0)) == 20
-
-
 def test_minimum_speed_is_given_up_at_low_wind() -> None:
     """At 3 m/s the speed is below 670/97 rpm, from 3.5 m/s it is 670/97 rpm."""
     turbine = nrel5mw()

@@ -14,7 +14,7 @@ import pytest
 from takagi.models import ModelError, built_in_models
 from takagi.models.files.csv_table import read_coefficient_table
 from takagi.models.files.library import data_folder, resolve_model
-from takagi.models.files.units import UNITS, to_si
+from takagi.models.files.units import UNITS
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.turbine.file_figures import frozen_wake_by_tables
 from takagi.models.turbine.loader import load_turbine, nrel5mw
@@ -67,28 +67,18 @@ def test_tower_and_shaft_modes() -> None:
     assert shaft / (2 * np.pi) == pytest.approx(2.22, abs=0.01)
 
 
-def test_baseline_gains_follow_from_their_design() -> None:
-    """PI gains of a 0.6 rad/s, damping 0.7 loop on -25.52 MW/rad at pitch 0.
-
-    Source: Jonkman et al. (2009), NREL/TP-500-38060, the blade-pitch controller's design.
-    """
-    turbine = nrel5mw()
-    per_speed = turbine.inertia * turbine.rated_rotor_speed / (turbine.gear_ratio * 25.52e6)
-
-    assert 2 * per_speed * 0.7 * 0.6 == pytest.approx(
-        turbine.reference_controller.proportional_gain, rel=2e-3
-    )
-    assert per_speed * 0.6**2 == pytest.approx(turbine.reference_controller.integral_gain, rel=2e-3)
-
-
-def test_every_figure_has_unit_and_source() -> None:
-    """No figure without a known unit and a sentence on where it was read."""
-    figures = nrel5mw().figures
+@pytest.mark.parametrize("name", ["nrel5mw", "iea15mw"])
+def test_every_figure_has_unit_and_source(name: str) -> None:
+    """A known unit, and a sentence on where it was read; tables carry their origin."""
+    figures = load_turbine(name).figures
 
     assert len(figures) > 40
     for path, figure in figures.items():
         assert figure.unit in UNITS, path
         assert len(figure.source) > 10, path
+    for kind in ("cp", "ct"):
+        text = (data_folder() / f"{name}_{kind}.csv").read_text(encoding="utf-8")
+        assert "ROSCO 2.10.6" in text and "licence: Apache-2.0" in text
 
 
 def test_nrel5mw_is_read_once() -> None:
@@ -97,14 +87,6 @@ def test_nrel5mw_is_read_once() -> None:
     other = load_turbine(data_folder() / "nrel5mw.toml")
     assert other.figures == nrel5mw().figures
     assert "nrel5mw" in dict(built_in_models())
-
-
-def test_tables_name_source_and_licence() -> None:
-    """Both coefficient tables carry their origin in the header."""
-    for name in ("nrel5mw_cp.csv", "nrel5mw_ct.csv"):
-        text = (data_folder() / name).read_text(encoding="utf-8")
-
-        assert "ROSCO 2.10.6" in text and "licence: Apache-2.0" in text
 
 
 @pytest.mark.parametrize(
@@ -238,10 +220,3 @@ def test_unknown_models_are_named_with_near_names(tmp_path: Path) -> None:
     binary.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ModelError, match="not UTF-8"):
         load_turbine(binary)
-
-
-def test_units() -> None:
-    """12.1 rpm in rad/s by hand; a unit of another quantity is refused."""
-    assert to_si(12.1, "rpm", "rad/s") == pytest.approx(12.1 * 2 * np.pi / 60)
-    with pytest.raises(ModelError, match="does not fit"):
-        to_si(1.0, "m", "s")

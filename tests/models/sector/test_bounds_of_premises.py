@@ -107,11 +107,6 @@ def test_exact_bounds_tell_what_their_proof_misses() -> None:
         assert premise.bounds.contains(premise.replay())
 
 
-def test_evidence_names_the_variables_with_their_units() -> None:
-    (premise,) = proved().premises
-    assert premise.evidence.endswith("over q [rad]")
-
-
 # ------------------------------------------------------------------ samples
 
 

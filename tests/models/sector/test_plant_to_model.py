@@ -95,7 +95,7 @@ def off_zero() -> Plant:
 
 CASES = {
     "pendulum": (pendulum, {}, 4),
-    "textbook": (pendulum, {"premises": TEXTBOOK}, 16),
+    "textbook": (pendulum, {"premises": TEXTBOOK, "tolerance": "1e-6"}, 16),
     "least": (pendulum, {"choice": "least-conservative"}, None),
     "cart": (cart, {}, 16),
     "singularities": (singular_everywhere_else, {}, None),
@@ -157,11 +157,44 @@ def test_number_of_rules(case: str) -> None:
     assert model.derivation.exactness == "checked symbolically"
 
 
-def test_fixed_premises_keep_their_names_and_order() -> None:
-    """The user's symbols and expressions stand in the model as they were given."""
+def test_textbook_bounds_of_the_pendulum() -> None:
+    """Tanaka and Wang (2001), section 2.2: the extrema of the four premises, in closed form."""
     _, model = model_of("textbook")
+    beta = np.cos(1.4)
+    expected = {
+        "z1": (1 / (2 / 3 - 0.1 * beta**2), 1 / (2 / 3 - 0.1)),
+        "z2": (np.sin(1.4) / 1.4, 1.0),
+        "z3": (-4.0, 4.0),
+        "z4": (beta, 1.0),
+    }
 
-    assert [p.name for p in model.premises] == ["z1", "z2", "z3", "z4"]
+    assert [p.name for p in model.premises] == list(expected)
+    for premise in model.premises:
+        low, high = expected[premise.name]
+        assert float(premise.lower) == pytest.approx(low, rel=1e-5)
+        assert float(premise.upper) == pytest.approx(high, rel=1e-5)
+        assert premise.lower <= Fraction(low) + Fraction(1, 10**12)
+        assert premise.upper >= Fraction(high) - Fraction(1, 10**12)
+
+
+def test_parameters_disturbances_and_outputs() -> None:
+    """q' = -c q^3 + w, y = q^3: one premise q^2 is shared by A and C."""
+    c = sp.Symbol("c")
+    model = sector_model(
+        plant(
+            -c * Q**3 + W,
+            states=(variable(Q, -2, 2),),
+            inputs=(),
+            disturbances=(Variable(W),),
+            outputs=(Output("y", -c * Q**3),),
+            parameters=(Parameter(c, Fraction(1, 2)),),
+        )
+    )
+
+    assert len(model.rules) == 2
+    np.testing.assert_allclose(model.E, 1)
+    np.testing.assert_allclose(model.A, model.C)
+    assert sorted(model.A.ravel().tolist()) == pytest.approx([-2, 0], abs=1e-5)
 
 
 def test_a_tie_in_rules_goes_to_the_smaller_hull() -> None:
@@ -255,6 +288,8 @@ def with_mass(entry: sp.Expr) -> Plant:
         ),
         (lambda: sector_model(plant(Q * U**2)), "row 1: u enters nonlinearly .*q\\*u\\*\\*2"),
         (lambda: sector_model(plant(sp.sin(U) + Q)), "row 1: u enters nonlinearly"),
+        (lambda: sector_model(plant(Q / (P - 1), P)), "has a pole at p - 1 = 0"),
+        (lambda: sector_model(plant(Q * sp.gamma(P + 8), P)), "no ball arithmetic for gamma"),
         (lambda: sector_model(plant(Q), choice="best"), "choice 'best' was given"),  # type: ignore[arg-type]
         (
             lambda: sector_model(plant(Q**2), premises={sp.Symbol("a"): sp.cos(Q)}),

@@ -73,15 +73,6 @@ def test_a_difference_and_its_negative_are_one_premise() -> None:
     assert len({str(premise.proof.expression) for premise in model.premises if premise.proof}) == 2
 
 
-def test_other_variables_stay_beside_the_sum() -> None:
-    """w sin(s)/s, w in [2, 3]: the range is the product's."""
-    box = BOX | {W: Interval.of(2, 3)}
-    found = expression_range(W * sinc(X + 2 * Y), box)
-
-    assert float(found.outer.upper) == pytest.approx(3, rel=1e-6)
-    assert float(found.outer.lower) == pytest.approx(2 * math.sin(2.1) / 2.1, rel=1e-6)
-
-
 def test_a_pole_along_a_sum_is_named_by_the_sum() -> None:
     """cos(s)/s has a pole at s = 0; the words speak of x + 2 y, not of a variable put for it."""
     s = X + 2 * Y
