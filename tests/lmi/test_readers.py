@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -96,7 +96,6 @@ def random_values(condition: Condition, seed: int) -> dict[str, Floats]:
     return values
 
 
-@settings(derandomize=True, max_examples=40, deadline=None)
 @given(st.integers(0, 10_000))
 def test_cone_data_say_what_the_terms_say(seed: int) -> None:
     """constant + matrix x, unpacked, is the sum of the terms with the sign."""
@@ -113,7 +112,6 @@ def test_cone_data_say_what_the_terms_say(seed: int) -> None:
         np.testing.assert_array_equal(value, values[name])
 
 
-@settings(derandomize=True, max_examples=25, deadline=None)
 @given(st.integers(0, 10_000))
 def test_rationals_and_floats_agree_where_floats_are_exact(seed: int) -> None:
     """With short binary numbers floating point makes no error, so both must be equal."""

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.lmi import EigenvalueRegion
@@ -31,7 +31,6 @@ FORMULAS: dict[str, tuple[EigenvalueRegion, Callable[[float, float], float]]] = 
 
 
 @pytest.mark.parametrize("name", FORMULAS)
-@settings(derandomize=True, max_examples=150, deadline=None)
 @given(x=st.floats(-8, 8), y=st.floats(-8, 8))
 def test_a_region_contains_what_its_formula_says(name: str, x: float, y: float) -> None:
     """Chilali and Gahinet (1996), section II: each set against its own inequality."""

@@ -5,14 +5,13 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError
 from takagi.models.intervals.interval import Interval, exact
 
 RATIONALS = st.fractions(min_value=-50, max_value=50, max_denominator=1000)
-LAWS = settings(max_examples=60, deadline=None, derandomize=True)
 
 
 @st.composite
@@ -22,7 +21,6 @@ def intervals(draw: st.DrawFn) -> Interval:
     return Interval(ends[0], ends[1])
 
 
-@LAWS
 @given(intervals(), intervals(), st.fractions(0, 1), st.fractions(0, 1))
 def test_operations_contain_every_pair(a: Interval, b: Interval, s: Fraction, t: Fraction) -> None:
     """Moore (1966): x in A and y in B imply x op y in A op B."""
@@ -39,7 +37,6 @@ def test_operations_contain_every_pair(a: Interval, b: Interval, s: Fraction, t:
         assert (a / b).contains(x / y)
 
 
-@LAWS
 @given(intervals(), intervals())
 def test_operations_are_attained(a: Interval, b: Interval) -> None:
     """The ends of A op B are values at ends: the range is exact, not only outer."""
@@ -51,7 +48,6 @@ def test_operations_are_attained(a: Interval, b: Interval) -> None:
     assert a.hull(b).lower == min(a.lower, b.lower)
 
 
-@LAWS
 @given(intervals(), st.integers(0, 9))
 def test_outward_rounding_contains_and_is_short(a: Interval, digits: int) -> None:
     """Outward rounding keeps the interval inside, moves each end by less than one unit."""
@@ -63,7 +59,6 @@ def test_outward_rounding_contains_and_is_short(a: Interval, digits: int) -> Non
     assert rounded.upper - a.upper < Fraction(1, 10**digits)
 
 
-@LAWS
 @given(intervals())
 def test_outward_floats_contain(a: Interval) -> None:
     """The binary values of the floats lie outside the rational ends."""

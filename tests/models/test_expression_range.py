@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from flint import arb, ctx
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import Interval, ModelError, interpolate_curve, table_function
@@ -56,7 +56,6 @@ def expressions() -> st.SearchStrategy[sp.Expr]:
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None, derandomize=True)
 @given(expressions())
 def test_ranges_contain_every_sample_and_are_tight(expression: sp.Expr) -> None:
     """Outer contains the sampled extremes; where the search ended, by the stated share at most."""
@@ -75,7 +74,6 @@ def test_ranges_contain_every_sample_and_are_tight(expression: sp.Expr) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=40, deadline=None, derandomize=True)
 @given(
     st.lists(
         st.tuples(st.integers(0, 3), st.integers(0, 2), st.integers(-9, 9)), min_size=1, max_size=6

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, Plant, Variable, built_in_models, load_model, sector_model
@@ -50,7 +50,6 @@ def test_every_plant_of_the_library_is_tested_here() -> None:
 
 
 @pytest.mark.parametrize("name", FIELDS)
-@settings(max_examples=30, derandomize=True, deadline=None)
 @given(shares=st.lists(st.floats(0, 1), min_size=6, max_size=6))
 def test_the_model_equals_the_equations_of_the_literature(name: str, shares: list[float]) -> None:
     """Anywhere in the box, with memberships that are weights."""

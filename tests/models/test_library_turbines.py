@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -82,7 +82,6 @@ def test_every_turbine_of_the_library_is_tested_here() -> None:
 
 
 @pytest.mark.parametrize(("name", "region"), CASES)
-@settings(max_examples=25, derandomize=True, deadline=None)
 @given(shares=st.tuples(UNIT, UNIT, UNIT, UNIT))
 def test_the_model_equals_the_plant(
     name: str, region: str, shares: tuple[float, float, float, float]
@@ -183,7 +182,6 @@ def band() -> OperatingBand:
     )
 
 
-@settings(max_examples=40, derandomize=True, deadline=None)
 @given(POINTS)
 def test_slopes_at_a_point_agree_with_floats(point: tuple[float, float, float]) -> None:
     """Exact arithmetic and the float gradient give the same three numbers."""
@@ -195,7 +193,6 @@ def test_slopes_at_a_point_agree_with_floats(point: tuple[float, float, float]) 
         assert float(found.width) < 1e-7
 
 
-@settings(max_examples=40, derandomize=True, deadline=None)
 @given(POINTS, st.floats(0, 1), st.floats(0, 1), st.floats(0, 1))
 def test_an_enclosure_contains_what_lies_in_the_box(
     point: tuple[float, float, float], s: float, t: float, u: float

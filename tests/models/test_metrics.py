@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError
@@ -121,7 +121,6 @@ def test_the_blades_moment_at_rest_is_that_of_the_thrust() -> None:
     assert found.blade_del == pytest.approx((60 / 2 / 60) ** 0.1 * 4.0, rel=0.02)
 
 
-@settings(max_examples=25)
 @given(
     st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=30),
     st.floats(0.1, 10.0),

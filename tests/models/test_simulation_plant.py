@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
@@ -79,7 +79,6 @@ def test_scalar_surface_equals_the_surface(surface: Surface) -> None:
     assert fast(99.0, -9.0) == fast(surface.x_range[1], surface.y_range[0])
 
 
-@settings(max_examples=50)
 @given(
     st.floats(0.9, 1.35),
     st.floats(0.0, 0.4),

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import RectBivariateSpline
 
@@ -79,7 +79,6 @@ def test_a_cubic_is_reproduced_with_its_derivatives(dx: int, dy: int) -> None:
     assert polynomial_surface()(x, y, dx, dy) == pytest.approx(along_x * along_y, abs=1e-8)
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
 @given(boxes(), st.sampled_from(ORDERS))
 def test_bounds_contain_samples(box: tuple[Interval, Interval], order: tuple[int, int]) -> None:
     """No sampled value of any derivative leaves the enclosure."""

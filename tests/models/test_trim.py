@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError
@@ -68,7 +68,6 @@ def test_partial_derivatives_at_trim(wind: float, a: float, b: float, d: float) 
 loaded = cache(load_turbine)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
 @given(
     name=st.sampled_from(["nrel5mw", "iea15mw"]),
     wind=st.floats(3.0, 25.0),

@@ -8,7 +8,7 @@ import control
 import numpy as np
 import pytest
 import scipy.signal
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, Premise, TSModel
@@ -36,7 +36,6 @@ def test_bounds_are_read_as_the_decimals_they_are_written_as() -> None:
     assert two_premises()[2].upper == Fraction(3, 10)
 
 
-@settings(max_examples=100, derandomize=True, deadline=None)
 @given(st.floats(-1, 2), st.floats(0.1, 0.3))
 def test_memberships_are_a_convex_sum(z1: float, z2: float) -> None:
     """h_i >= 0 and sum h_i = 1 anywhere in the box (Tanaka and Wang 2001, section 2.1)."""
@@ -46,7 +45,6 @@ def test_memberships_are_a_convex_sum(z1: float, z2: float) -> None:
     assert np.sum(h) == pytest.approx(1, abs=1e-15)
 
 
-@settings(max_examples=50, derandomize=True, deadline=None)
 @given(st.floats(-1, 2), st.floats(0.1, 0.3))
 def test_blend_returns_the_premises_themselves(z1: float, z2: float) -> None:
     """Vertex matrices made of the corner values blend back to the premise values."""

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, TSModel, WindObserver, nrel5mw, wind_observer_model
@@ -30,7 +30,6 @@ def observer() -> WindObserver:
     return WindObserver(nrel5mw(), 0.8, 10.0)
 
 
-@settings(max_examples=30, derandomize=True, deadline=None)
 @given(st.floats(4.1, 25), UNIT, UNIT, UNIT, UNIT)
 def test_error_system_is_exact(v0: float, e: float, p: float, w: float, west: float) -> None:
     """Plant minus observer equals the blended error system at any point of the band."""

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
@@ -225,7 +225,6 @@ def test_what_is_not_proved_is_hatched_and_lies_on_top() -> None:
     np.testing.assert_allclose(ends, [(3, 10), (10.4, 25), (10, 10.4)])
 
 
-@settings(derandomize=True, max_examples=30, deadline=None)
 @given(
     values=arrays(np.float64, st.integers(0, 5000), elements=st.floats(-1e6, 1e6)),
     points=st.integers(8, 300),

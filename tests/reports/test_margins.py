@@ -42,7 +42,6 @@ def test_textbook_loop_has_the_published_margins_and_peaks() -> None:
     assert found.gain_decrease == 0
 
 
-@settings(derandomize=True, max_examples=20, deadline=None)
 @given(gain=st.floats(0.01, 100.0))
 def test_integrator_has_ninety_degrees_and_a_quarter_turn_of_delay(gain: float) -> None:
     """L = k/s: crossover k, phase margin pi/2, delay margin pi/(2k), M_s = 1, no gain margin."""
@@ -56,7 +55,6 @@ def test_integrator_has_ninety_degrees_and_a_quarter_turn_of_delay(gain: float) 
     assert (found.gain_decrease, found.gain_increase) == (0.0, np.inf)
 
 
-@settings(derandomize=True, max_examples=25, deadline=None)
 @given(
     gain=st.floats(0.1, 20.0),
     lag=st.floats(0.05, 5.0),
@@ -138,7 +136,6 @@ def test_worst_factor_in_the_disk_is_on_the_brink() -> None:
     assert abs(d) == pytest.approx(1.0, rel=1e-9)
 
 
-@settings(derandomize=True, max_examples=25, deadline=None)
 @given(gain=st.floats(0.1, 3.5), size=st.floats(0.0, 0.999), angle=st.floats(0, 2 * np.pi))
 def test_every_factor_inside_the_disk_leaves_the_loop_stable(
     gain: float, size: float, angle: float
@@ -153,7 +150,6 @@ def test_every_factor_inside_the_disk_leaves_the_loop_stable(
     assert np.all(np.roots(polynomial).real < 1e-9)
 
 
-@settings(derandomize=True, max_examples=25, deadline=None)
 @given(gain=st.floats(0.1, 3.4), lag=st.floats(0.01, 1.0))
 def test_disk_never_promises_more_than_the_classical_margins(gain: float, lag: float) -> None:
     """Gain and phase guaranteed together are at most what each has alone."""
@@ -185,7 +181,7 @@ def lower_bound(matrix: NDArray[np.complex128]) -> float:
     return float(np.abs(np.linalg.eigvals(turned)).max())
 
 
-@settings(derandomize=True, max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10_000))
 def test_two_by_two_bound_is_mu_itself(seed: int) -> None:
     """Upper bound by scaling and lower bound by rotation meet (Packard & Doyle 1993)."""

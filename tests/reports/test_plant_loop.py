@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.plant.design import certify_plant, design_plant
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.models import Interval, ModelError, Parameter, Plant, Variable, load_model, sector_model
+from takagi.models import Interval, ModelError, Parameter, Plant, Variable, sector_model
 from takagi.models.plant_simulation.signals import Noise, Step
 from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.figures.plant.proved_set import ellipse, planes
@@ -303,19 +303,6 @@ def test_settling_is_read_off_a_known_exponential() -> None:
 
     assert settling_time(falling) == pytest.approx(np.log(100), abs=2e-3)
     assert np.isnan(settling_time(staying))
-
-
-def test_the_rate_is_the_plants_own() -> None:
-    """TORA's mass matrix is solved, against its equations solved by hand."""
-    plant = load_model("tora")
-    assert isinstance(plant, Plant)
-    x, v, q, w, u, e = 0.3, -0.2, 0.7, 0.5, 0.4, 0.1
-    M = np.array([[1, e * np.cos(q)], [e * np.cos(q), 1]])
-    v_dot, w_dot = np.linalg.solve(M, [-x + e * w**2 * np.sin(q), u])
-
-    assert plant_rate(plant)(np.array([x, v, q, w]), np.array([u])) == pytest.approx(
-        [v, v_dot, w, w_dot]
-    )
 
 
 FILE = """

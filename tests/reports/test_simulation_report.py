@@ -108,36 +108,6 @@ def record(simulation: Simulation, index: int) -> History:
     return history
 
 
-@pytest.mark.parametrize("index", [0, 1, 2])
-def test_energy_follows_from_the_rotor_balance(index: int) -> None:
-    """E / eta = integral of T_r omega minus what the inertia keeps: never touches the torque."""
-    simulation = baseline()
-    history, metrics = record(simulation, index), simulation.runs[index].metrics
-    assert metrics is not None
-    gained = np.trapezoid(history.rotor_torque * history.rotor_speed, history.time)
-    kept = TURBINE.inertia / 2 * (history.rotor_speed[-1] ** 2 - history.rotor_speed[0] ** 2)
-    energy = TURBINE.generator_efficiency * (gained - kept) / 3.6e6
-
-    assert metrics.energy == pytest.approx(energy, rel=2e-3)
-    assert metrics.mean_power == pytest.approx(metrics.energy * 3600 / 30.0, rel=1e-12)
-
-
-def test_overspeed_and_pitch_travel_are_those_of_the_record() -> None:
-    """From the plant's own states, turning point by turning point."""
-    simulation = baseline()
-    for index, run in enumerate(simulation.runs):
-        states = record(simulation, index).plant_states
-        assert run.metrics is not None
-        fastest = max(states[:, 0].tolist()) / TURBINE.rated_rotor_speed
-        pitch = np.degrees(states[:, 1])
-        steps = np.diff(pitch)
-        turns = np.flatnonzero(np.sign(steps[1:]) != np.sign(steps[:-1])) + 1
-        ends = pitch[[0, *turns.tolist(), -1]]
-
-        assert run.metrics.overspeed == pytest.approx(100 * (fastest - 1), abs=1e-9)
-        assert run.metrics.pitch_travel == pytest.approx(float(np.abs(np.diff(ends)).sum()))
-
-
 def test_table_json_and_csv_say_the_same() -> None:
     """Laws stand under one another by wind; all digits in the files; units in the headers."""
     simulation = baseline()
@@ -188,19 +158,6 @@ def test_divergence_comes_back_whole_from_another_process() -> None:
 
     assert str(end) == str(Diverged("wild", "ramp", 0.5))
     assert end.time == 0.5
-
-
-def test_remarks_count_the_flags() -> None:
-    """A pitch drive at its rate limit is told with the share that the record holds."""
-    slow = ChosenLaws({"baseline": BaselineLaw(TURBINE)}, None)
-    (wind,) = requested_winds(TURBINE, ["ramp"], duration=2.0)
-    simulation = run_simulation(TURBINE, slow, [wind])
-    row = table_rows(simulation)[0]
-
-    assert set(row["flags"]) >= {"pitch_rate_limited", "tip_speed_ratio_clipped"}
-    for name, share in row["flags"].items():
-        told = any("torque at its rate limit" in remark for remark in row["remarks"])
-        assert name != "torque_rate_limited" or told == (share >= 0.01)
 
 
 def test_a_run_that_leaves_the_tables_says_when() -> None:

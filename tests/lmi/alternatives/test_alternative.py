@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -302,7 +302,6 @@ def integer_pairs(draw: st.DrawFn) -> Array:
     return np.array(draw(st.lists(entries, min_size=8, max_size=8)), dtype=float).reshape(2, 2, 2)
 
 
-@settings(max_examples=60, deadline=None)
 @given(integer_pairs())
 def test_never_both_a_proof_and_a_solution(A: Floats) -> None:
     """And away from the threshold the proof agrees with Shorten and Narendra (2002).
@@ -327,7 +326,6 @@ def test_never_both_a_proof_and_a_solution(A: Floats) -> None:
         assert proof_ is not None
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_definiteness_is_exact_whatever_the_size_of_the_entries(data: st.DataObject) -> None:
     """L D L' with known D, in numbers of many digits: definite, singular or indefinite."""
@@ -382,7 +380,6 @@ def posed(name: str, rng: np.random.Generator) -> Condition:
     return pdc_condition(model, relaxation=name, decay_rate=0.3)
 
 
-@settings(max_examples=30, deadline=None)
 @given(
     st.integers(0, 2**32 - 1),
     st.sampled_from(["tuan", "kim-lee", "liu-zhang", "polya-1", "limits", "cost", "energy"]),

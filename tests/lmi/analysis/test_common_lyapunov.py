@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
@@ -90,7 +90,6 @@ def test_many_vertices_are_all_looked_at() -> None:
     assert "of 3002" in no.diagnosis
 
 
-@settings(derandomize=True, max_examples=25, deadline=None)
 @given(st.integers(0, 10_000), st.integers(1, 4))
 def test_the_loop_is_a_blend_of_its_pairs(seed: int, r: int) -> None:
     """X(h) - Y(h) K(h), and X(h), with weights h_i^2 and 2 h_i h_j that sum to one."""

@@ -42,7 +42,7 @@ def test_a_supremum_that_is_not_attained_is_approached_from_below() -> None:
     assert np.linalg.cond(answer.P) < 1e10
 
 
-@settings(derandomize=True, max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.integers(0, 1000))
 def test_one_matrix_against_its_eigenvalues(seed: int) -> None:
     """For one diagonalisable matrix the rate is -max Re(eigenvalue)."""

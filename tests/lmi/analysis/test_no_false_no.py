@@ -97,7 +97,6 @@ def test_no_other_analysis_excludes_it() -> None:
 powers = st.lists(st.floats(-5.0, 5.0), min_size=2, max_size=2)
 
 
-@settings(max_examples=25, deadline=None)
 @given(powers, st.integers(-20, 20), st.booleans())
 def test_units_and_states_turn_no_answer(exponents: list[float], shear: int, inside: bool) -> None:
     """From both sides of the limit, one per cent of it away."""
@@ -108,7 +107,7 @@ def test_units_and_states_turn_no_answer(exponents: list[float], shear: int, ins
     assert common_lyapunov(A).status == ("candidate" if inside else "infeasible")
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(powers, st.booleans())
 def test_units_turn_no_answer_in_discrete_time(exponents: list[float], inside: bool) -> None:
     """|x+|^2 <= 0.98 |x|^2 by two rotations of 0.99; and a pair whose product grows."""
@@ -122,7 +121,7 @@ def test_units_turn_no_answer_in_discrete_time(exponents: list[float], inside: b
     assert answer.status == ("candidate" if inside else "infeasible")
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(powers, st.booleans())
 def test_units_turn_no_gains(exponents: list[float], inside: bool) -> None:
     """Kim and Lee (2000), a = 2: by all pairs up to b = -2.1432, from both sides."""

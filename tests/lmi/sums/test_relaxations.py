@@ -42,7 +42,6 @@ NEAR = 2e-3
 
 
 @pytest.mark.slow
-@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(2, 4), st.integers(1, 3))
 def test_no_relaxation_promises_too_much(seed: int, rules: int, size: int) -> None:
     """Thousands of memberships stay below every bound; a richer relaxation's is not larger."""
@@ -105,7 +104,6 @@ def test_polya_ends_at_the_largest_value() -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=25)
 @given(st.integers(0, 10_000))
 def test_products_of_memberships_are_bounded_and_ordered(seed: int) -> None:
     """Two premises, of two and three corners: sampled products stay below each bound.

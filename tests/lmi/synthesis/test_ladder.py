@@ -105,7 +105,7 @@ def test_a_no_that_is_open_names_what_was_tried() -> None:
 
 
 @pytest.mark.slow
-@settings(derandomize=True, max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(st.integers(0, 10_000), st.booleans())
 def test_auto_is_never_worse_than_a_rung(seed: int, premises: bool) -> None:
     """Where any relaxation has gains, auto has; a no at the blends is a no of each."""
@@ -122,7 +122,7 @@ def test_auto_is_never_worse_than_a_rung(seed: int, premises: bool) -> None:
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::takagi.lmi.ZeroGainsWarning")
-@settings(derandomize=True, max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(st.integers(0, 10_000), st.booleans())
 def test_what_contains_another_never_loses_its_gains(seed: int, premises: bool) -> None:
     """The table of theorems, against solves; it claims nothing between Tuan's and Kim-Lee's."""

@@ -52,7 +52,7 @@ def test_the_largest_rate_has_gains_below_and_none_above(relaxation: str) -> Non
 
 
 @pytest.mark.slow
-@settings(derandomize=True, max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.integers(0, 10_000), st.sampled_from([None, 0.2]))
 def test_gains_of_the_largest_rate_keep_bound_and_rate(seed: int, step: float | None) -> None:
     """At 50 random blends V decays as fast as said, and no gain is larger than allowed."""

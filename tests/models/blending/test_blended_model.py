@@ -51,7 +51,6 @@ def by_hand(
 
 
 @pytest.mark.parametrize("name", ROOMS)
-@settings(max_examples=80, derandomize=True, deadline=None)
 @given(
     x=st.floats(-1, 1),
     effort=st.floats(-3, 3),
@@ -82,7 +81,6 @@ def test_the_model_equals_the_two_actuators(
     np.testing.assert_allclose(now.B, np.array([[0.0], [1.0]]), atol=1e-12)
 
 
-@settings(max_examples=50, derandomize=True, deadline=None)
 @given(
     x=st.floats(-1, 1), effort=st.floats(-3, 3), low=st.floats(-0.5, 0.5), high=st.floats(-0.5, 0.5)
 )
@@ -190,7 +188,7 @@ FIELDS: dict[str, Callable[[Floats, Floats], list[float]]] = {
 
 
 @pytest.mark.parametrize("name", FIELDS)
-@settings(max_examples=15, derandomize=True, deadline=None)
+@settings(max_examples=15)
 @given(shares=st.lists(st.floats(0, 1), min_size=6, max_size=6))
 def test_model_and_running_plant_equal_the_equations(name: str, shares: list[float]) -> None:
     """Anywhere in the box, actuators as wrong as they may be; weights are convex."""

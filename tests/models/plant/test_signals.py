@@ -76,7 +76,7 @@ def test_it_is_a_disturbance_that_schedules(tmp_path: Path) -> None:
     np.testing.assert_array_equal(model.E, np.broadcast_to([[0, 0], [1, 0]], model.E.shape))
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
+@settings(max_examples=12)
 @given(st.floats(-0.5, 0.5), st.floats(100, 400), st.floats(-1, 1))
 def test_matrices_depend_on_it(
     tmp_path_factory: pytest.TempPathFactory, a: float, q: float, flap: float

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates.document.model_data import ts_model_data
@@ -70,7 +70,6 @@ def test_a_band_gives_tighter_bounds_than_the_box_around_it() -> None:
     assert max(shares.values()) == pytest.approx(1, abs=1e-3)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
 @given(st.floats(0, 1), st.floats(-1, 1))
 def test_the_model_equals_the_plant_on_the_band(share: float, across: float) -> None:
     """Blend times deviations is the plant's derivative, memberships are convex."""

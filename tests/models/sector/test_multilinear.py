@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, Premise, TSModel
@@ -23,7 +23,6 @@ members = st.sets(st.integers(0, 3), max_size=4).map(lambda some: tuple(sorted(s
 corner = st.one_of(st.tuples(numbers), st.tuples(numbers, numbers))
 
 
-@settings(max_examples=80, derandomize=True, deadline=None)
 @given(st.dictionaries(members, numbers, max_size=6), st.lists(corner, min_size=4, max_size=4))
 def test_every_corner_is_the_rational_rounded_once(
     polynomial: dict[tuple[int, ...], Fraction], corners: list[tuple[Fraction, ...]]

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import (
@@ -112,7 +112,6 @@ def model_of(case: str) -> tuple[Plant, TSModel]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-@settings(max_examples=25, derandomize=True, deadline=None)
 @given(shares=st.lists(st.floats(0, 1), min_size=5, max_size=5))
 def test_the_model_equals_the_plant_on_its_box(case: str, shares: list[float]) -> None:
     """A(z) dx + B(z) du = M^-1 f(x, u) (minus x* in discrete time) anywhere in the box."""
@@ -244,7 +243,6 @@ def test_rest_is_the_origin_and_outputs_are_deviations() -> None:
     assert model.box["delta_q [-]"] == (Fraction(-1, 2), Fraction(1, 2))
 
 
-@settings(max_examples=20, derandomize=True, deadline=None)
 @given(
     st.lists(st.fractions(-3, 3, max_denominator=9), min_size=3, max_size=3),
     st.fractions(-1, 1, max_denominator=7),

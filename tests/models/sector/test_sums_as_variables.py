@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import Domain, Interval, ModelError, Plant, Variable, sector_model
@@ -83,7 +83,6 @@ def test_a_pole_along_a_sum_is_named_by_the_sum() -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=40, deadline=None, derandomize=True)
 @given(
     st.fractions(-3, 3, max_denominator=7),
     st.fractions(-3, 3, max_denominator=7),

@@ -387,15 +387,6 @@ def test_a_speed_out_of_range(speed: float, copied: Path, file: Path) -> None:
         last = answer
 
 
-def test_nothing_is_ever_finite(copied: Path, file: Path) -> None:
-    run = Simulator(copied, file, "nothing", T)
-    run.swap[:] = np.nan
-    run.room = 0
-    assert sane(run.call(0, math.nan))
-    for _ in range(20):
-        assert sane(run.call(1, math.nan))
-
-
 def test_two_blades_and_the_mean(copied: Path, file: Path) -> None:
     run = Simulator(copied, file, "blades", T)
     run.records({61: 2, 4: 0.1, 33: 0.2, 34: 9.0})
