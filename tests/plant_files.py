@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
 
 def written(folder: Path, text: str, name: str = "plant.toml") -> Path:
-    """Write a file, and return its path."""
     path = folder / name
     path.write_text(text, encoding="utf-8")
     return path

@@ -135,7 +135,6 @@ def test_a_changed_gain_is_refused_with_both_numbers(inside: Path, capsys: Captu
 
 
 def test_a_worse_design_fails_against_the_baseline(inside: Path, capsys: Capture) -> None:
-    """A smaller decay rate is asked for: proved, and worse; the option is named."""
     (inside / "base.json").write_bytes((inside / "build" / "certificate.json").read_bytes())
     command = [part for part in shell()[1] if part not in ("--gains", "build/gains.json")]
 

@@ -27,7 +27,6 @@ WHO = ("-c", "user.name=test", "-c", "user.email=test@example.invalid")
 
 
 def git(place: Path, *arguments: str) -> str:
-    """Run git; return what it prints."""
     done = subprocess.run(
         ["git", *WHO, *arguments], cwd=place, check=True, capture_output=True, text=True
     )
@@ -35,7 +34,6 @@ def git(place: Path, *arguments: str) -> str:
 
 
 def written(place: Path, service: str, subject: str) -> str:
-    """Write the workflow for a file or folder of a repository; return its text."""
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place)
         assert main(["new", subject, "--ci", service, "--force"]) == 0
@@ -165,7 +163,6 @@ def test_a_branch_that_brings_its_own_baseline_fails(base: Path, tmp_path: Path)
 
 @pytest.mark.slow
 def test_where_check_fails_the_comparison_is_shown(base: Path, tmp_path: Path) -> None:
-    """The job fails by its first step; the others run, and the summary has both."""
     place = changed(base, tmp_path, edited)
 
     statuses, summary = on_github(place, tmp_path)
@@ -177,7 +174,6 @@ def test_where_check_fails_the_comparison_is_shown(base: Path, tmp_path: Path) -
 
 @pytest.mark.slow
 def test_gitlab_notices_the_same(base: Path, tmp_path: Path) -> None:
-    """A changed limit: the script fails by its check, and the comparison is there."""
     place = changed(base, tmp_path, edited)
 
     done = bash(
@@ -206,8 +202,6 @@ def test_on_the_target_branch_the_commit_before_is_the_baseline(base: Path, tmp_
 
 @pytest.mark.slow
 def test_a_plant_is_designed_on_both_branches(base: Path, tmp_path: Path) -> None:
-    """No design is committed: a smaller decay rate in the plant's file is noticed, and linked."""
-
     def slower(place: Path) -> None:
         plant = place / "plant.toml"
         plant.write_text(plant.read_text() + "\n[design]\ndecay_rate = 0.05\n")
@@ -277,7 +271,6 @@ def test_what_cannot_be_proved_in_ci_is_refused(
 def test_a_workflow_is_replaced_with_force_only(
     base: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """From a folder below, the file is written at the top of the repository."""
     place = changed(base, tmp_path, nothing)
     monkeypatch.chdir(place / "build")
     (place / ".gitlab-ci.yml").write_text("mine: {}")

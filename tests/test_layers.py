@@ -68,7 +68,6 @@ def test_help_of_a_verb_loads_no_numbers(verb: str) -> None:
 
 
 def test_using_a_vertex_model_does_not_import_sympy() -> None:
-    """sympy is needed for derivations only."""
     assert "sympy" not in loaded_by("from takagi.models import TSModel; TSModel([[[1.0]]])")
 
 
@@ -172,7 +171,6 @@ def test_no_module_leads_back_to_itself(floor: str) -> None:
 
 @pytest.mark.parametrize("floor", ROOMS)
 def test_no_room_leads_back_to_itself(floor: str) -> None:
-    """Of two folders, or of a folder and a module beside it, only one imports the other."""
     found = circle(rooms_of(graph_of(ROOT, floor)))
 
     assert found == "", f"rooms of {floor} import each other in a circle"

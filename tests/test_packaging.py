@@ -53,7 +53,6 @@ def test_every_package_on_disk_is_shipped() -> None:
 
 
 def test_every_package_says_what_it_holds() -> None:
-    """A folder without a documented `__init__` is a package only by accident."""
     inits = {folder / "__init__.py" for folder in packages_on_disk().values()}
 
     silent = [

@@ -43,7 +43,6 @@ def shell(text: str) -> Iterator[str]:
 def test_every_command_is_understood(
     page: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Verb, options and the kinds of their values; nothing is run."""
     monkeypatch.setattr(cli_command, "guard", lambda work, as_json=False: 0)
     monkeypatch.setattr(check_verb, "_check", lambda options: 0)
 

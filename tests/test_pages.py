@@ -34,7 +34,6 @@ CODE = [
 
 @pytest.mark.parametrize(("page", "section", "least"), CODE)
 def test_every_block_prints_what_the_page_shows(page: str, section: str, least: int) -> None:
-    """All blocks in one namespace, in order; a block without output prints nothing."""
     shared: dict[str, object] = {}
     text = text_of(page)
     if section:
@@ -47,7 +46,6 @@ def test_every_block_prints_what_the_page_shows(page: str, section: str, least: 
 
 
 def test_every_output_stands_below_its_code() -> None:
-    """A block of text that no code precedes would be shown and never checked."""
     page = text_of("lmi.md")
 
     assert sum(block.shown is not None for block in blocks(page)) == page.count("\n```text\n")
@@ -113,7 +111,6 @@ def test_few_files_lie_in_the_root_of_a_floor(floor: str) -> None:
 
 
 def test_one_number_can_be_followed() -> None:
-    """Each stop is a file that exists, with a name that occurs in it."""
     text = text_of("architecture.md").partition("## Follow one number")[2]
     stops = re.findall(r"^(\d+)\. `([^`]+)` `([^`]+)`:", text.partition("\n## ")[0], re.MULTILINE)
 
@@ -137,7 +134,6 @@ def measured() -> list[dict[str, str]]:
 
 
 def test_the_page_has_the_tables_of_the_file() -> None:
-    """What benchmarks/openfast_table.py --table prints, line by line."""
     command = [sys.executable, "benchmarks/openfast_table.py", "--table"]
     printed = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout
 
@@ -157,7 +153,6 @@ def test_every_wind_has_every_controller_once() -> None:
 
 @pytest.mark.parametrize("column", COLUMNS)
 def test_the_readme_has_all_winds_of_the_file(column: str) -> None:
-    """Those too where the law is worse; takagi, reference controller, ROSCO in each cell."""
     winds = {row["mean_wind_mps"]: row for row in measured()}
     for wind in winds:
         at = {row["controller"]: row[column] for row in measured() if row["mean_wind_mps"] == wind}

@@ -17,7 +17,6 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").g
 
 
 def test_the_python_example_runs_as_it_stands(tmp_path: Path) -> None:
-    """Pasted into an empty folder, it prints what its comment says."""
     (example,) = fenced(README, "python")
     command = [sys.executable, "-c", example]
 
@@ -28,7 +27,6 @@ def test_the_python_example_runs_as_it_stands(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_first_plant_is_proved_as_it_stands(tmp_path: Path) -> None:
-    """Its picture is the figure that its command writes, drawn from the same numbers."""
     (tmp_path / "pendulum.toml").write_text(fenced(README, "toml")[0], encoding="utf-8")
 
     assert main(["design", str(tmp_path / "pendulum.toml"), "--out", str(tmp_path / "out")]) == 0
@@ -38,14 +36,12 @@ def test_the_first_plant_is_proved_as_it_stands(tmp_path: Path) -> None:
 
 
 def test_every_verb_is_in_the_table() -> None:
-    """And no verb that does not exist."""
     named = set(re.findall(r"^\| `takagi (\w+)", README, flags=re.MULTILINE))
 
     assert named == {verb.name for verb in VERBS}
 
 
 def test_every_option_in_the_pages_exists() -> None:
-    """An option that was renamed leaves no trace in the documentation."""
     ours = "design|certify|report|check|simulate|appendix|models"
     source = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "cli").rglob("*.py"))
     text = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8")

@@ -64,7 +64,6 @@ def told(words: list[str], capsys: Capture) -> str:
 def test_a_model_file_of_another_format_is_refused(
     model: str, written: str, words: str, tmp_path: Path, capsys: Capture
 ) -> None:
-    """One sentence: the file, what it says, what is read, and what to do."""
     text = CUBIC if model == "plant" else (data_folder() / "nrel5mw.toml").read_text("utf-8")
     file = tmp_path / "model.toml"
     file.write_text(text.replace("format = 1", written, 1), encoding="utf-8")

@@ -134,7 +134,6 @@ def require_refused(names: Iterable[str], message: str, **changed: object) -> No
     ],
 )
 def test_vertices_that_make_no_sense(vertices: object, message: str) -> None:
-    """Shapes, entries, kinds of numbers and emptiness are told apart, by every function."""
     require_refused(MANY, message, A=vertices)
 
 
@@ -153,7 +152,6 @@ def test_vertices_that_make_no_sense(vertices: object, message: str) -> None:
     ],
 )
 def test_inputs_that_make_no_sense(inputs: object, message: str) -> None:
-    """Inputs that do nothing, depend on one another, do not fit or are not numbers."""
     require_refused(SYNTHESIS, message, B=inputs)
 
 
@@ -169,7 +167,6 @@ def test_inputs_that_make_no_sense(inputs: object, message: str) -> None:
     ],
 )
 def test_outputs_that_make_no_sense(name: str, outputs: object, message: str) -> None:
-    """As for inputs, in the words of outputs."""
     with pytest.raises(ModelError, match=message):
         call(name, C=outputs)
 
@@ -185,7 +182,6 @@ def test_outputs_that_make_no_sense(name: str, outputs: object, message: str) ->
     ],
 )
 def test_scales_that_make_no_sense(scales: object, message: str) -> None:
-    """One positive number for each state, or one for all."""
     scaled = [name for name in MANY if not name.endswith("condition") and name != "lqr_pdc"]
     require_refused(scaled, message, scales=scales)
 
@@ -204,14 +200,12 @@ def test_decay_rates_that_make_no_sense(rate: object) -> None:
 
 @pytest.mark.parametrize("step", [0, -1.0, np.nan, "0.1", 1j, True, np.ones(2)])
 def test_sample_times_that_make_no_sense(step: object) -> None:
-    """A positive number of seconds, or None."""
     require_refused(taking("sample_time"), "sample_time is", sample_time=step)
 
 
 @pytest.mark.parametrize("name", taking("relaxation"))
 @pytest.mark.parametrize("relaxation", ["tanaka-wong", "polya--1", "polya-x", "", None, 3])
 def test_relaxations_that_there_are_not(name: str, relaxation: object) -> None:
-    """The message lists those that there are."""
     with pytest.raises(ModelError, match="wang-tanaka-griffin.*polya-<d>"):
         call(name, relaxation=relaxation)
 
@@ -224,7 +218,6 @@ def test_relaxations_that_there_are_not(name: str, relaxation: object) -> None:
     ],
 )
 def test_a_model_refuses_what_the_functions_refuse(vertices: object, message: str) -> None:
-    """An imaginary part is not dropped; rows of unequal length are said to be that."""
     with pytest.raises(ModelError, match=message):
         TSModel(vertices)  # type: ignore[arg-type]
 
@@ -243,7 +236,6 @@ def test_a_model_refuses_what_the_functions_refuse(vertices: object, message: st
     ],
 )
 def test_modes_out_of_reach_of_every_kind(A: object, B: object, said: str) -> None:
-    """Named with the states in their units; the other vertex is in order."""
     first, second = np.array([[0.0, 1.0], [0.0, 0.0]]), np.asarray(A)
     inputs = np.array([[[0.0], [1.0]], B])
     model = TSModel(np.array([first, second]), inputs, states=["drift [m]", "speed [m/s]"])
@@ -254,7 +246,6 @@ def test_modes_out_of_reach_of_every_kind(A: object, B: object, said: str) -> No
 
 
 def test_a_mode_that_no_output_shows_is_named_for_an_observer() -> None:
-    """In the words of outputs."""
     model = TSModel(
         np.array([np.diag([-1.0, 0.5])]), C=[[1.0, 0.0]], states=["speed [m/s]", "drift [m]"]
     )
@@ -309,7 +300,6 @@ def test_a_vertex_without_authority_is_legal_where_it_is_stable() -> None:
     ],
 )
 def test_options_that_make_no_sense(option: dict[str, object], message: str) -> None:
-    """Each option is checked where it is given."""
     with pytest.raises(ModelError, match=message):
         pdc(TSModel([[[1.0]]], [[[1.0]]]), **option)  # type: ignore[arg-type]
 

@@ -67,7 +67,6 @@ def test_products_and_raised_degrees(pairs: list[tuple[int, int]], seed: int) ->
 
 @given(small, st.integers(0, 100))
 def test_unknown_coefficients_and_their_rates(pairs: list[tuple[int, int]], seed: int) -> None:
-    """Contributions sum to the product; derivatives are differences."""
     rng = np.random.default_rng(seed)
     sizes, degrees = split(pairs)
     basis = Basis(sizes, degrees)

@@ -98,7 +98,6 @@ def random_values(condition: Condition, seed: int) -> dict[str, Floats]:
 
 @given(st.integers(0, 10_000))
 def test_cone_data_say_what_the_terms_say(seed: int) -> None:
-    """constant + matrix x, unpacked, is the sum of the terms with the sign."""
     condition = random_condition(seed)
     values = random_values(condition, seed + 1)
     data = assemble(condition)
@@ -127,7 +126,6 @@ def test_rationals_and_floats_agree_where_floats_are_exact(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_cvxpy_says_the_same(seed: int) -> None:
-    """The cvxpy expressions take the same values as the terms."""
     condition = random_condition(seed)
     values = random_values(condition, seed + 1)
     other = expressed(condition)
@@ -143,7 +141,6 @@ def test_cvxpy_says_the_same(seed: int) -> None:
 
 @pytest.mark.parametrize("relaxation", ["tuan", "kim-lee", "liu-zhang", "polya-2", "tanaka-wang"])
 def test_cvxpy_finds_the_same_margin(relaxation: str) -> None:
-    """Solved through cvxpy from its own expressions, the largest margin is the same."""
     from takagi.lmi import decide
 
     A = np.array([[[2.0, -10.0], [1.0, 0.0]], [[2.5, -10.0], [1.0, 0.0]]])
@@ -159,7 +156,6 @@ def test_cvxpy_finds_the_same_margin(relaxation: str) -> None:
 
 
 def test_cvxpy_takes_further_constraints() -> None:
-    """A user's own constraint holds besides the condition's."""
     condition = common_lyapunov_condition(np.array([[-1.0, 2.0], [-3.0, -4.0]]))
     other = expressed(condition)
     P = other.variables["P"][0]
@@ -183,7 +179,6 @@ def test_fractions_pass_through_builders() -> None:
 
 
 def test_labels_are_made_when_they_are_read() -> None:
-    """An LMI of many items names only those that are asked for."""
     asked: list[int] = []
 
     def name(item: int) -> str:
@@ -222,7 +217,6 @@ def test_labels_are_made_when_they_are_read() -> None:
     ],
 )
 def test_a_misfit_term_is_named(change: dict[str, object], message: str) -> None:
-    """A term that does not fit says which one, in which LMI."""
     X = Unknown("X", 2, 2, symmetric=True)
     parts: dict[str, object] = {"left": np.ones((1, 2, 2)), "right": np.ones((1, 2, 2)), **change}
     with pytest.raises(ModelError, match=f"LMI mine, term 1 .X.: .*{message}|{message}"):
@@ -230,7 +224,6 @@ def test_a_misfit_term_is_named(change: dict[str, object], message: str) -> None
 
 
 def test_an_unknown_that_is_not_declared_is_named() -> None:
-    """Adding an LMI with a new unknown needs the unknown too."""
     condition = common_lyapunov_condition(-np.eye(2))
     S = Unknown("S", 2, 2, symmetric=True)
     one = np.eye(2)[None]
@@ -252,7 +245,6 @@ def two_rules(sample_time: float | None = None) -> TSModel:
 
 
 def test_latex_shows_the_condition_that_is_solved() -> None:
-    """The formula of all pairs carries He, both products and twice the decay term."""
     text = latex(pdc_condition(two_rules(), relaxation="wang-tanaka-griffin"))
 
     assert text.startswith("\\begin{align*}\n\\text{minimise}")
@@ -265,7 +257,6 @@ def test_latex_shows_the_condition_that_is_solved() -> None:
 
 
 def test_markdown_is_one_formula_a_block() -> None:
-    """Each LMI under its name in a fence that GitHub hands to the renderer as it is."""
     condition = pdc_condition(two_rules(), relaxation="tuan")
     text = markdown(condition)
     blocks = text.split("```")

@@ -40,7 +40,6 @@ def test_a_region_contains_what_its_formula_says(name: str, x: float, y: float) 
 
 
 def test_an_intersection_has_every_part_once_in_any_order() -> None:
-    """& is commutative, associative and idempotent; equal regions have equal hashes."""
     a, b, c = EigenvalueRegion.half_plane(1), EigenvalueRegion.disc(4), EigenvalueRegion.sector(0.5)
 
     assert a & b == b & a

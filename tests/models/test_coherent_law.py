@@ -103,7 +103,6 @@ def test_the_integral_is_held_at_its_limit_and_let_go(law: EffortSharingLaw) -> 
 
 
 def test_torque_is_never_negative_nor_pitch_beyond_its_limit(law: EffortSharingLaw) -> None:
-    """Far outside the certified set the commands stop at the limits."""
     stopped = law.command([0.0, 8.0], Measurement(0.0, 0.0, 8.0))
     racing = law.command([0.0, 25.0], Measurement(9.0, 0.0, 25.0))
 
@@ -112,7 +111,6 @@ def test_torque_is_never_negative_nor_pitch_beyond_its_limit(law: EffortSharingL
 
 
 def test_the_schedule_wind_stays_inside_the_table(law: EffortSharingLaw) -> None:
-    """A wind estimate outside the table pulls no further than to its end."""
     assert law.initial_state(99.0)[1] == 25.0
     assert law.state_rate([0.0, 25.0], Measurement(1.2, 0.0, 99.0))[1] == 0.0
     assert law.state_rate([0.0, 3.0], Measurement(0.7, 0.0, 0.0))[1] == 0.0
@@ -137,7 +135,6 @@ def test_shares(law: EffortSharingLaw) -> None:
 
 
 def test_sizes_that_differ_are_misuse(turbine: Turbine, schedule: EffortSchedule) -> None:
-    """One gain per node and one integral rate per interval, all positive."""
     with pytest.raises(ModelError, match="integral rates"):
         EffortGains(np.ones(3), np.ones(3))
     with pytest.raises(ModelError, match="positive"):
@@ -155,7 +152,6 @@ def test_nodes_are_trims(turbine: Turbine, schedule: EffortSchedule) -> None:
 
 
 def test_far_from_rated_the_trim_is_the_plants(turbine: Turbine, schedule: EffortSchedule) -> None:
-    """Outside the overlap one actuator acts alone: torque as in trim(), then pitch as in trim()."""
     for v in (4.0, 6.0, 8.0, 10.0, 13.0, 15.0, 20.0, 25.0):
         k = int(np.argmin(np.abs(schedule.wind - v)))
         node = float(schedule.wind[k])
@@ -168,7 +164,6 @@ def test_far_from_rated_the_trim_is_the_plants(turbine: Turbine, schedule: Effor
 
 
 def test_columns_are_short_decimals_in_order(turbine: Turbine, schedule: EffortSchedule) -> None:
-    """The emitted decimals are the law: winds increase and reach cut-in and cut-out."""
     assert schedule.wind[0] == turbine.cut_in and schedule.wind[-1] == turbine.cut_out
     assert np.all(np.diff(schedule.wind) > 0)
     for column in (schedule.wind, schedule.rotor_speed, schedule.trim_effort):
@@ -207,7 +202,6 @@ def test_a_lower_set_point_is_followed(turbine: Turbine) -> None:
 
 @pytest.mark.parametrize("options", [{"overlap": 0.0}, {"effectiveness_share": -1.0}])
 def test_bad_settings_are_misuse(turbine: Turbine, options: dict[str, float]) -> None:
-    """What must be positive says so."""
     with pytest.raises(ModelError, match="positive"):
         effort_schedule(turbine, **options)
 
@@ -223,7 +217,6 @@ def test_bad_settings_are_misuse(turbine: Turbine, options: dict[str, float]) ->
     ],
 )
 def test_columns_are_checked_at_the_door(change: dict[str, object], words: str) -> None:
-    """Each column has one finite number per wind; the message names the column."""
     good: dict[str, object] = {
         "wind": np.array([3.0, 4.0]),
         "rotor_speed": np.ones(2),

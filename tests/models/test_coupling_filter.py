@@ -142,7 +142,6 @@ def test_saturated_slope_stays_in_zero_to_one(overlap: float, a: float, b: float
     ],
 )
 def test_a_bad_filter_is_refused(arguments: dict[str, object], words: str) -> None:
-    """Torques out of order and unknown variants are told apart and explained."""
     fields: dict[str, object] = {"variant": "saturated", "torque_overlap": 2000.0}
     fields |= {"minimum_torque": RATED - 2000.0} | arguments
     with pytest.raises(ModelError, match=words):

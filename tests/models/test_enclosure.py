@@ -50,7 +50,6 @@ def test_operations_are_attained(a: Interval, b: Interval) -> None:
 
 @given(intervals(), st.integers(0, 9))
 def test_outward_rounding_contains_and_is_short(a: Interval, digits: int) -> None:
-    """Outward rounding keeps the interval inside, moves each end by less than one unit."""
     rounded = a.outward(digits)
 
     assert rounded.contains(a)
@@ -61,7 +60,6 @@ def test_outward_rounding_contains_and_is_short(a: Interval, digits: int) -> Non
 
 @given(intervals())
 def test_outward_floats_contain(a: Interval) -> None:
-    """The binary values of the floats lie outside the rational ends."""
     low, high = a.outward_floats()
 
     assert Fraction(low) <= a.lower and a.upper <= Fraction(high)

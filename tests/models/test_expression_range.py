@@ -129,7 +129,6 @@ def test_six_hump_camel_back() -> None:
 def test_ranges_by_calculus(
     expression: sp.Expr, side: tuple[str, str], low: float, high: float
 ) -> None:
-    """Ranges worked out by hand: contained, and exceeded by at most the tolerance."""
     outer = expression_range(expression, {X: Interval.of(*side)}).outer
     width = high - low
 
@@ -255,7 +254,6 @@ CUBIC = X**3 - X * Y**2 + Y
 
 @pytest.mark.parametrize("expression", [SMOOTH, CUBIC, CUBIC / (1 + X**2)])
 def test_wrong_bounds_are_refused_on_replay(expression: sp.Expr) -> None:
-    """A bound moved inward by a hundredth of the width is not proved."""
     proof = RangeProof(expression, BOX, Fraction(1, 1000))
     bounds = expression_range(expression, BOX, tolerance=proof.tolerance).outer
     assert proof.replay(bounds) == bounds
@@ -318,13 +316,11 @@ def test_sampled_bounds_say_so() -> None:
 def test_misuse_names_place_and_cure(
     expression: sp.Expr, box: dict[sp.Symbol, Interval], words: str
 ) -> None:
-    """What has no range is refused with the place."""
     with pytest.raises(ModelError, match=words):
         expression_range(expression, box)
 
 
 def test_domains_that_make_no_sense() -> None:
-    """Empty, crossing, doubly defined, or placed by a symbol without range."""
     with pytest.raises(ModelError, match="empty domain"):
         Domain(())
     with pytest.raises(ModelError, match="not provably >= 0"):

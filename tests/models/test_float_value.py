@@ -52,13 +52,11 @@ def test_digits_that_cancel_give_no_value() -> None:
 
 
 def test_functions_that_are_not_known_have_none() -> None:
-    """They are evaluated in ball arithmetic alone."""
     assert float_value(sp.Function("f")(X), [X]) is None
     assert float_value(X**Y, [X, Y]) is None
 
 
 def test_what_leaves_the_reals_has_no_value() -> None:
-    """A logarithm of a negative number, a pole, a number beyond all floats."""
     for expression, at in ((sp.log(X), -1.0), (1 / X, 0.0), (sp.exp(X), 1e4), (sp.sqrt(X), -2.0)):
         evaluate = float_value(expression, [X])
         assert evaluate is not None and evaluate([at]) is None

@@ -242,7 +242,6 @@ def test_the_factor_multiplies_the_slope_of_the_table() -> None:
     ],
 )
 def test_malformed_files(old: str, new: str, words: str, tmp_path: Path) -> None:
-    """Each defect is told with the file, the field, what was given and what is needed."""
     for name in FILES:
         shutil.copy(data_folder() / name, tmp_path / name)
     path = tmp_path / FILES[0]

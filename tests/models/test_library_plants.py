@@ -52,7 +52,6 @@ def test_every_plant_of_the_library_is_tested_here() -> None:
 @pytest.mark.parametrize("name", FIELDS)
 @given(shares=st.lists(st.floats(0, 1), min_size=6, max_size=6))
 def test_the_model_equals_the_equations_of_the_literature(name: str, shares: list[float]) -> None:
-    """Anywhere in the box, with memberships that are weights."""
     plant, model = plant_of(name), model_of(name)
     point = []
     for variable, share in zip(plant.variables, shares, strict=False):
@@ -124,7 +123,6 @@ def test_the_bounds_are_proved_again_from_their_evidence(name: str) -> None:
 
 @pytest.mark.parametrize("name", FIELDS)
 def test_a_wrong_bound_is_refused(name: str) -> None:
-    """Each premise with a tenth of its range cut off, at either end."""
     for premise in model_of(name).premises:
         symbol = sp.Symbol(premise.name, real=True)
         part = premise.bounds.width / 10
@@ -225,7 +223,6 @@ def have_common_quadratic(first: Floats, second: Floats) -> bool:
 def test_planar_pairs_are_below_their_thresholds(
     name: str, parameter: str, threshold: float
 ) -> None:
-    """Their vertices have a common function, a little below the published threshold."""
     model, (figure,) = model_of(name), plant_of(name).parameters
     assert figure.symbol.name == parameter
     assert 0.98 * threshold < float(figure.value) < threshold

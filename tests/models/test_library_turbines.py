@@ -140,7 +140,6 @@ def test_bounds_hold_all_samples_and_little_more(name: str, region: str) -> None
 
 @pytest.mark.parametrize(("name", "region"), CASES)
 def test_a_wrong_bound_is_refused(name: str, region: str) -> None:
-    """A tenth of each range cut off, at either end: a point of the tube is outside, and told."""
     found = case(name, region)
 
     for premise, values in zip(found.model.premises, sampled(name, region), strict=True):
@@ -184,7 +183,6 @@ def band() -> OperatingBand:
 
 @given(POINTS)
 def test_slopes_at_a_point_agree_with_floats(point: tuple[float, float, float]) -> None:
-    """Exact arithmetic and the float gradient give the same three numbers."""
     expected = [float(g) / nrel5mw().inertia for g in rotor_torque_gradient(nrel5mw(), *point)]
 
     for slope, value in zip(SLOPES, expected, strict=True):
@@ -197,7 +195,6 @@ def test_slopes_at_a_point_agree_with_floats(point: tuple[float, float, float]) 
 def test_an_enclosure_contains_what_lies_in_the_box(
     point: tuple[float, float, float], s: float, t: float, u: float
 ) -> None:
-    """Any point of a small box has its slopes inside the box's enclosures."""
     sizes = (0.02, 0.005, 0.3)
     box = [Interval.of(p, p + size) for p, size in zip(point, sizes, strict=True)]
     inside = [p + share * z for p, share, z in zip(point, (s, t, u), sizes, strict=True)]
@@ -222,7 +219,6 @@ def test_an_enclosure_contains_what_lies_in_the_box(
 def test_entries_that_a_table_lacks_are_named(
     place: tuple[float, float, float], words: str
 ) -> None:
-    """The wind, the entries, and what a user can do: there is no option that shrinks a box."""
     points = [Interval.of(value) for value in place]
     for call in (slope_enclosure, slope_gradient):
         with pytest.raises(ModelError, match=words) as refused:
@@ -233,6 +229,5 @@ def test_entries_that_a_table_lacks_are_named(
 
 
 def test_a_wind_band_down_to_zero_is_refused() -> None:
-    """The tip-speed ratio has no bound when v may vanish."""
     with pytest.raises(ModelError, match="reaches 0"):
         operating_band(nrel5mw(), (4, 6), speed_band=0.1, pitch_band=0, wind_band=4)

@@ -91,7 +91,6 @@ def struct_array(**members: Any) -> Any:
 def test_the_forms_that_matlab_users_have(
     content: dict[str, Any], step: float | None, tmp_path: Path
 ) -> None:
-    """Cells, numbered matrices, a struct of any name, an array of structs."""
     model = load_ts_model(stored(tmp_path, **content))
     np.testing.assert_array_equal(model.A, A2)
     np.testing.assert_array_equal(model.B, np.array([B1, B1]))

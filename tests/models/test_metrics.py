@@ -159,7 +159,6 @@ def test_numbers_of_a_record_made_by_hand() -> None:
 
 
 def test_misuse_is_told() -> None:
-    """No duration, NaN."""
     with pytest.raises(ModelError, match="must be above 0"):
         damage_equivalent_load([0.0, 1.0], 0.0)
     with pytest.raises(ModelError, match="finite"):

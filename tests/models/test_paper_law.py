@@ -166,7 +166,6 @@ def test_commands_stay_within_the_limits(
 @pytest.mark.parametrize("variant", ["saturated", "sector"])
 @pytest.mark.parametrize("placement", [0.0, 0.5, 1.0])
 def test_equilibria_are_rest_points(placement: float, variant: Variant) -> None:
-    """At the computed equilibrium the nonlinear loop stands still, the integral included."""
     law = make_law(placement=placement, variant=variant)
     for point in (equilibrium(law, wind) for wind in WINDS):
         if point.kind != "none":
@@ -206,7 +205,6 @@ def test_initial_state_rests_at_the_trim_in_region_2() -> None:
 
 
 def test_initial_state_without_equilibrium_gives_the_trim_torque() -> None:
-    """Where the law cannot rest it starts with the torque that the turbine needs."""
     law = make_law(placement=1.0)
 
     assert equilibrium(law, 15.0).kind == "none"
@@ -241,7 +239,6 @@ def test_wrong_sign_of_the_integral_gain_is_refused() -> None:
 
 
 def test_misuse_is_explained() -> None:
-    """Gains of the wrong shape and models of other things are refused in words."""
     partial, _ = schedules()
     with pytest.raises(ModelError, match="one row per rule"):
         regional_schedule(TURBINE, partial.model, k_x=np.zeros((3, 1)), k_I=np.zeros(4))
@@ -298,7 +295,6 @@ def test_at_rest_it_is_the_law_itself(filter_: ReferenceFilter) -> None:
 
 
 def test_the_law_feels_the_filtered_reference() -> None:
-    """A lower reference asks for more torque; each integral follows the filtered error."""
     law = make_law()
     filtered = FilteredReferenceLaw(law, ReferenceFilter(2.0))
     measured, wind = Measurement(1.0, 0.0, 8.0), 8.0
@@ -327,7 +323,6 @@ def test_in_region_2_it_is_a_filter_on_the_wind() -> None:
 
 
 def test_misuse_is_told() -> None:
-    """Times, dampings and orders that make no filter."""
     with pytest.raises(ModelError, match="time_constant = 0"):
         ReferenceFilter(0.0)
     with pytest.raises(ModelError, match="damping = -1"):

@@ -38,7 +38,6 @@ def test_weights_are_a_convex_sum(ramp: Ramp, x: float) -> None:
 
 @given(ramps, st.floats(-20, 20))
 def test_one_number_and_an_array_agree(ramp: Ramp, x: float) -> None:
-    """The scalar path of the control loop is the vectorised formula."""
     assert ramp.at(x) == pytest.approx(float(ramp(x)), abs=1e-15)
 
 
@@ -60,7 +59,6 @@ def test_placement_says_what_happens_at_rated_speed(placement: float, at_rated: 
     ],
 )
 def test_a_bad_ramp_is_refused(arguments: tuple[float, float, Shape], words: str) -> None:
-    """A ramp without width, without a place or of an unknown shape does not come to be."""
     with pytest.raises(ModelError, match=words):
         Ramp(*arguments)
 
@@ -103,7 +101,6 @@ def test_shares_are_convex_and_give_back_the_ramp(s: Fraction, rest: Fraction, e
 def test_the_range_of_the_share_holds_every_share(
     four: tuple[Fraction, Fraction, Fraction, Fraction], e: Fraction
 ) -> None:
-    """Rest and effort anywhere in the interval; the ends are attained."""
     low, rest, s, high = sorted(four)[0], four[1], four[2], sorted(four)[3]
     found = share_range(Interval(low, high), rest, e)
 

@@ -87,7 +87,6 @@ def test_a_law_without_its_own_step_takes_eulers(turbine: Turbine) -> None:
 
 
 def test_a_program_is_the_law_between_samples(law: EffortSharingLaw) -> None:
-    """Without limits it sends what the law commands, and its next state is the law's."""
     program = SampledLaw(law, 0.02)
     begin = program.start(14.0, REST)
     measured = Measurement(1.25, 0.1, 15.0)
@@ -100,7 +99,6 @@ def test_a_program_is_the_law_between_samples(law: EffortSharingLaw) -> None:
 
 
 def test_what_is_sent_moves_no_faster_than_its_limits(law: EffortSharingLaw) -> None:
-    """From rest towards a far command in equal steps, and onto it in the last one."""
     program = SampledLaw(law, 0.02, torque_rate_limit=15e3, pitch_rate_limit=0.1)
     measured = Measurement(1.40, 0.1, 14.0)
     state = program.start(14.0, Command(30e3, 0.0))
@@ -126,7 +124,6 @@ def run(law: EffortSharingLaw | SampledLaw, turbine: Turbine) -> History:
 def test_a_plain_law_is_one_that_is_sampled_every_20_ms(
     law: EffortSharingLaw, turbine: Turbine
 ) -> None:
-    """Bit for bit the same record; other samples are another one."""
     plain, sampled = run(law, turbine), run(SampledLaw(law, 0.02), turbine)
     rare = run(SampledLaw(law, 0.1), turbine)
 
@@ -168,7 +165,6 @@ def test_the_plant_s_step_fits_both_times(times: tuple[float, float], step: floa
 
 
 def test_misuse_is_told(law: EffortSharingLaw, turbine: Turbine) -> None:
-    """Times and limits that make no program, and two sample times for one law."""
     with pytest.raises(ModelError, match="sample time 0"):
         SampledLaw(law, 0.0)
     with pytest.raises(ModelError, match="computation time 0.03 s"):

@@ -128,7 +128,6 @@ def test_torque_follows_within_its_rate_and_range() -> None:
 
 
 def test_outside_the_table_is_flagged() -> None:
-    """A wind that dies under a turning rotor leaves the tip-speed ratios of the table."""
     law = BaselineLaw(nrel5mw())
     history = simulate(validation_plant(nrel5mw()), law, step_wind(10.0, 3.0, 20.0, begin=5.0))
     clipped = (history.flags & Flag.TIP_SPEED_RATIO_CLIPPED.value) != 0
@@ -154,7 +153,6 @@ def test_observer_in_the_loop_follows_the_wind() -> None:
 
 
 def test_measured_speed_is_the_generators_or_the_filtered_one() -> None:
-    """Torsion and filter both change what the law sees, so both change the loop a little."""
     turbine = nrel5mw()
     plain, stiff, filtered = (
         baseline_run(plant).rotor_speed
@@ -184,7 +182,6 @@ def test_per_unit_of_rated_operation_is_one() -> None:
 
 
 def test_a_record_cannot_be_changed() -> None:
-    """All arrays are read-only and of one length."""
     history = simulate(design_plant(nrel5mw()), Held(4e4, 0.0), constant_wind(11.0, 1.0))
 
     assert len(history.time) == len(history.plant_states) == len(history.flags) == 51
@@ -193,7 +190,6 @@ def test_a_record_cannot_be_changed() -> None:
 
 
 def test_misuse_is_told() -> None:
-    """Steps that do not fit, a wind too short, a law that answers NaN."""
     plant, law = design_plant(nrel5mw()), Held(4e4, 0.0)
     with pytest.raises(ModelError, match="whole multiple"):
         simulate(plant, SampledLaw(law, 0.05), constant_wind(9.0, 5.0), time_step=0.03)

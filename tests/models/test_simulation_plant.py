@@ -90,7 +90,6 @@ def test_scalar_surface_equals_the_surface(surface: Surface) -> None:
 def test_right_hand_side_is_the_formula(
     speed: float, pitch: float, wind: float, torque: float, rate: float, tower_speed: float
 ) -> None:
-    """Rotor, pitch drive and tower, with the vectorised aerodynamics at the hub's own wind."""
     turbine = nrel5mw()
     reference, displacement = 0.2, 0.3
     found = derivative(
@@ -130,7 +129,6 @@ def test_design_plant_is_the_stiff_one() -> None:
 
 @pytest.mark.parametrize("wind", [5.0, 8.0, 11.0, 14.0, 25.0])
 def test_every_plant_rests_at_its_initial_state(wind: float) -> None:
-    """All options together: no state moves at trim."""
     plant = validation_plant(nrel5mw(), speed_filter=1.57)
     state, at = plant.initial_state(wind)
     rate = plant_rate(plant)(state, at.torque, at.pitch, wind)
@@ -256,7 +254,6 @@ def test_fast_pitch_meets_the_published_frozen_wake_sensitivity(wind: float) -> 
 
 
 def test_slow_pitch_meets_the_table() -> None:
-    """With the wake in balance, torque and thrust are the table's; its time is some seconds."""
     turbine, plant = nrel5mw(), stiff(wake=True)
     point = trim(turbine, 14.0)
     moved = point.pitch + 0.05
@@ -309,7 +306,6 @@ def test_misuse_is_told() -> None:
 
 
 def test_own_files_need_none_of_the_new_entries() -> None:
-    """Without them: no flap mode, a stiff shaft, the hub at the tower top, the theory's wake."""
     bare = replace(
         nrel5mw(), flap=None, torsion=None, wake=DiscWake(), tower_share=1.0, torque_lag=None
     )

@@ -71,7 +71,6 @@ def test_agrees_with_an_independent_spline() -> None:
 
 @pytest.mark.parametrize(("dx", "dy"), ORDERS)
 def test_a_cubic_is_reproduced_with_its_derivatives(dx: int, dy: int) -> None:
-    """A bicubic polynomial comes back with every partial derivative."""
     x, y = np.linspace(0, 5, 21)[:, None], np.linspace(-1, 1, 17)
     along_x = np.polyval(np.polyder([1.0, 0.0, -2.0, 1.0], dx), x)
     along_y = np.polyval(np.polyder([1.0, -1.0, 0.0, 3.0], dy), y)
@@ -81,7 +80,6 @@ def test_a_cubic_is_reproduced_with_its_derivatives(dx: int, dy: int) -> None:
 
 @given(boxes(), st.sampled_from(ORDERS))
 def test_bounds_contain_samples(box: tuple[Interval, Interval], order: tuple[int, int]) -> None:
-    """No sampled value of any derivative leaves the enclosure."""
     torque = nrel5mw().torque
     low, high = torque.bounds(*box, *order).outward_floats()
     values = torque(*samples(box, 25), *order)
@@ -92,7 +90,6 @@ def test_bounds_contain_samples(box: tuple[Interval, Interval], order: tuple[int
 
 @pytest.mark.parametrize(("dx", "dy"), ORDERS)
 def test_a_point_box_is_the_exact_value(dx: int, dy: int) -> None:
-    """On a point, inside a cell or at a knot, the enclosure has no width."""
     torque = nrel5mw().torque
     for x, y in (("7.3", "0.1"), ("7.5", "0"), ("2", "-0.0872664626"), ("14.5", "0.523598775598")):
         bound = torque.bounds(Interval.of(x), Interval.of(y), dx, dy)
@@ -114,7 +111,6 @@ def test_one_changed_digit_is_noticed() -> None:
 
 
 def test_outside_is_refused_with_the_range() -> None:
-    """Values and bounds outside the table say which axis and which range."""
     torque = nrel5mw().torque
 
     with pytest.raises(ModelError, match=r"tip-speed ratio .* = 15 .* 2 to 14.5"):
@@ -150,7 +146,6 @@ def test_clip_holds_the_edge_value() -> None:
 def test_bad_tables_are_refused(
     x: np.ndarray, y: np.ndarray, table: np.ndarray, words: str
 ) -> None:
-    """Too small, unsorted, misfit and NaN tables are named."""
     with pytest.raises(ModelError, match=words):
         interpolate(x, y, table)
 

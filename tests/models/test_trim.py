@@ -108,7 +108,6 @@ def test_regions_follow_each_other() -> None:
 
 
 def test_trim_is_continuous() -> None:
-    """Speed, pitch and torque have no jump over wind, across all boundaries."""
     turbine = nrel5mw()
     points = [trim(turbine, float(wind)) for wind in np.linspace(3, 25, 1101)]
     for name, largest in (("rotor_speed", 0.005), ("pitch", 0.008), ("torque", 300.0)):
@@ -139,7 +138,6 @@ def test_derated_set_point_lowers_power() -> None:
 
 
 def test_infeasible_requests_name_wind_and_cure() -> None:
-    """Wind outside the range, set-points outside, and a set-point on the stall side."""
     turbine = nrel5mw()
 
     with pytest.raises(ModelError, match="wind 26 m/s .* cut-out 25"):
@@ -215,7 +213,6 @@ def test_trim_and_schedule_balance_at_the_lower_torque(turbine: Turbine) -> None
 
 
 def test_what_is_not_changed(turbine: Turbine) -> None:
-    """Rotor, tables, limits and wake are the turbine's; its own torque changes nothing at all."""
     lower = derated(turbine, 0.8 * turbine.rated_torque)
 
     assert derated(turbine, None) is turbine
@@ -259,6 +256,5 @@ def test_the_best_tip_speed_ratio_is_a_lower_bound(turbine: Turbine) -> None:
 
 @pytest.mark.parametrize("torque", [0.0, -1.0, float("nan"), 5e4])
 def test_torques_outside_the_range_are_misuse(turbine: Turbine, torque: float) -> None:
-    """More than rated is no de-rating."""
     with pytest.raises(ModelError, match="torque set-point"):
         derated(turbine, torque)

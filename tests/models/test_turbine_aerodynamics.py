@@ -54,7 +54,6 @@ def test_sensitivity_and_thrust_columns(
 
 
 def test_gradient_against_differences() -> None:
-    """Central differences of the torque agree with the three exact derivatives."""
     turbine = nrel5mw()
     generator = np.random.default_rng(2)
     wind = generator.uniform(6, 20, 100)

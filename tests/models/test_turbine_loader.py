@@ -69,7 +69,6 @@ def test_tower_and_shaft_modes() -> None:
 
 @pytest.mark.parametrize("name", ["nrel5mw", "iea15mw"])
 def test_every_figure_has_unit_and_source(name: str) -> None:
-    """A known unit, and a sentence on where it was read; tables carry their origin."""
     figures = load_turbine(name).figures
 
     assert len(figures) > 40
@@ -82,7 +81,6 @@ def test_every_figure_has_unit_and_source(name: str) -> None:
 
 
 def test_nrel5mw_is_read_once() -> None:
-    """The built-in turbine is one object; a file of one's own is another with equal figures."""
     assert nrel5mw() is nrel5mw()
     other = load_turbine(data_folder() / "nrel5mw.toml")
     assert other.figures == nrel5mw().figures
@@ -122,13 +120,11 @@ def test_nrel5mw_is_read_once() -> None:
     ],
 )
 def test_malformed_files(edited: Edit, old: str, new: str, words: str) -> None:
-    """Each defect is told with file, line where there is one, field, given and needed."""
     with pytest.raises(ModelError, match=f"(?s){words}"):
         load_turbine(edited(old, new))
 
 
 def test_all_that_is_missing_is_named_at_once(edited: Edit) -> None:
-    """Five entries of four sections, each with its unit and what it is; in TOML."""
     path = edited("[rotor]", "[rotor]")
     gone = ("rotor.inertia", "generator.rated_torque", "tower.mass", "tower.stiffness")
     text = path.read_text(encoding="utf-8")
@@ -164,7 +160,6 @@ def bare(edited: Edit) -> Path:
 
 
 def test_the_references_controller_is_not_needed(bare: Path) -> None:
-    """The turbine is read; only its law has nothing to run by."""
     turbine = load_turbine(bare)
 
     assert turbine.baseline is None and default_laws(turbine) == ("coherent", "paper")
@@ -190,7 +185,6 @@ def test_a_frozen_wake_that_nobody_states_is_computed(bare: Path) -> None:
 
 
 def test_a_column_that_begins_above_rated_wind_is_refused(edited: Edit) -> None:
-    """At once, with rated wind and both ways out."""
     path = edited("[rotor]", "[rotor]")
     text = path.read_text(encoding="utf-8")
     for first in ("11.4, 12.0, ", "0.0, 3.83, ", "-28.24, -43.73, "):
@@ -202,14 +196,12 @@ def test_a_column_that_begins_above_rated_wind_is_refused(edited: Edit) -> None:
 
 
 def test_pitch_in_rad_and_torque_in_kilo(edited: Edit) -> None:
-    """The same figure in another accepted unit gives the same turbine."""
     path = edited('value = 43093.55, unit = "N m"', 'value = 43.09355, unit = "kN m"')
 
     assert load_turbine(path).rated_torque == pytest.approx(nrel5mw().rated_torque, rel=1e-12)
 
 
 def test_unknown_models_are_named_with_near_names(tmp_path: Path) -> None:
-    """A misspelt name, a missing file, a folder and a binary file."""
     with pytest.raises(ModelError, match="'nrel5m' is not known .did you mean 'nrel5mw'"):
         resolve_model("nrel5m")
     with pytest.raises(ModelError, match=r"gone\.toml: no such file"):

@@ -93,7 +93,6 @@ def test_a_damaged_table_is_refused(tmp_path: Path, text: str, words: str) -> No
 
 
 def test_a_damaged_field_is_refused(tmp_path: Path) -> None:
-    """Another kind of file, an end that came early, and a grid that is smaller than the rotor."""
     path = tmp_path / "field.bts"
     write_field(path, sheared(2, 13, 10.0), 10.0)
     content = path.read_bytes()

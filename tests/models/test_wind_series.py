@@ -48,7 +48,6 @@ def test_rotor_share_equals_the_mean_over_random_points(frequency: float) -> Non
 
 
 def test_rotor_share_of_a_small_rotor_is_one() -> None:
-    """A point feels all of the turbulence, a larger rotor less of it."""
     frequency = np.array([0.0, 0.1, 1.0])
 
     assert rotor_share(frequency, 10.0, rotor_radius=1e-4) == pytest.approx(1.0, abs=1e-3)
@@ -69,7 +68,6 @@ def test_turbulence_has_its_mean_and_the_spectrum_it_was_made_from() -> None:
 
 
 def test_turbulence_follows_from_its_seed() -> None:
-    """The same seed gives the same wind, another seed another one."""
     first, again, other = (same_turbulence((10.0,), 0.1, 60.0, seed)[0] for seed in (3, 3, 4))
 
     assert np.array_equal(first.speed, again.speed)
@@ -110,7 +108,6 @@ def test_operating_gust_has_its_peak_and_dips() -> None:
 
 
 def test_step_ramp_and_constant() -> None:
-    """Each by its own words."""
     step, ramp = step_wind(9.0, 12.0, 60.0), ramp_wind(14.0, 8.0, 100.0, rate=0.2, begin=10.0)
 
     assert step.at([0.0, 30.0, 30.001, 60.0]) == pytest.approx([9, 9, 12, 12])
@@ -118,7 +115,6 @@ def test_step_ramp_and_constant() -> None:
 
 
 def test_a_series_cannot_be_changed() -> None:
-    """The arrays are copies and read-only."""
     speed = np.array([5.0, 6.0])
     wind = WindSeries(np.array([0.0, 1.0]), speed)
     speed[0] = 99.0
@@ -129,7 +125,6 @@ def test_a_series_cannot_be_changed() -> None:
 
 
 def test_misuse_is_told() -> None:
-    """What was given, what was needed."""
     with pytest.raises(ModelError, match="one length, at least 2"):
         WindSeries(np.array([0.0]), np.array([5.0]))
     with pytest.raises(ModelError, match="increase strictly"):

@@ -57,7 +57,6 @@ def files(design: TurbineDesign) -> dict[str, bytes | str]:
 def test_the_default_appendix_compiles(
     files: dict[str, bytes | str], tmp_path: Path, paper: str
 ) -> None:
-    """Alone and in papers of one column or two, with the packages that the body names."""
     sound(compiled(tmp_path, files, paper))
 
 
@@ -65,12 +64,10 @@ def test_the_default_appendix_compiles(
 def test_the_published_law_compiles(
     design: TurbineDesign, tmp_path: Path, variant: Variant
 ) -> None:
-    """Other claims and words full of LaTeX's own characters do no harm."""
     sound(compiled(tmp_path, appendix_files(paper_design(design, variant))))
 
 
 def test_an_open_certificate_compiles(design: TurbineDesign, tmp_path: Path) -> None:
-    """Without a proof there is a figure and a paragraph less."""
     claims = [
         Claim(one.name, Verdict.UNDECIDED, "wind 3 to 4 m/s: a reason")
         for one in design.checked.claims

@@ -59,7 +59,6 @@ class Client:
 def test_the_page_loads_nothing_from_elsewhere_and_is_read_by_no_other_page(
     name: str, kind: str
 ) -> None:
-    """A strict policy, no permission for other origins, and no address of another host inside."""
     answer = Client().get(f"/{TOKEN}/{name}")
 
     assert answer.status_code == 200
@@ -204,7 +203,6 @@ def book(turbine_design: TurbineDesign) -> Book:
 def test_each_cell_states_no_more_than_the_certificate(
     book: Book, turbine_design: TurbineDesign
 ) -> None:
-    """The wind limits, rounded so that they claim no more; the law's shares sum to one."""
     summary, law = claim_summary(turbine_design), turbine_design.effort_sharing_law
     assert summary is not None and law is not None
     assert len(book.cells) == len(summary.winds) == len(book.axes[0].words)
@@ -224,7 +222,6 @@ def test_each_cell_states_no_more_than_the_certificate(
 
 
 def test_what_is_not_proved_is_not_shown_as_proved(turbine_design: TurbineDesign) -> None:
-    """Without the folder's margins there are none; an open claim makes no green badge."""
     first, *others = turbine_design.checked.claims
     claims = [replace(first, verdict=Verdict.UNDECIDED), *others]
     checked = replace(turbine_design.checked, verdict=Verdict.UNDECIDED, claims=claims)

@@ -17,7 +17,6 @@ pytestmark = pytest.mark.slow
 
 
 def test_a_newer_question_drops_the_older(tmp_path: Path) -> None:
-    """Of three at once the last is answered, and the others are told that they are stale."""
     worker = Worker("cart_pole_2rules", plant_settings)
 
     async def ask() -> list[Any]:
@@ -35,7 +34,6 @@ def test_a_newer_question_drops_the_older(tmp_path: Path) -> None:
 
 
 def test_a_process_that_is_killed_is_replaced(tmp_path: Path) -> None:
-    """The question that it was to answer is answered by why, the next one as ever."""
     before = set(multiprocessing.active_children())
     worker = Worker("cart_pole_2rules", plant_settings)
     (process,) = set(multiprocessing.active_children()) - before
@@ -55,7 +53,6 @@ def test_a_process_that_is_killed_is_replaced(tmp_path: Path) -> None:
 
 
 def test_the_grid_is_filled_and_the_page_waits_for_what_runs(tmp_path: Path) -> None:
-    """A position that the grid's process makes already is not made twice."""
     from takagi.reports.explore.axes import Axis, command_of
 
     source = PlantFile.of("cart_pole_2rules")

@@ -172,7 +172,6 @@ def test_a_figure_can_be_read(name: str) -> None:
 
 @pytest.mark.parametrize("name", SHOWN)
 def test_no_text_lies_on_another(name: str) -> None:
-    """Labels, titles and legends have room; tick labels count where their ticks are drawn."""
     from matplotlib.text import Text
 
     figure = pictured(name).figure
@@ -197,7 +196,6 @@ def test_no_text_lies_on_another(name: str) -> None:
 
 
 def test_labels_of_a_column_stand_in_one_line() -> None:
-    """Though the numbers of its panels have different widths."""
     with house_style():
         figure, panels = new_figure(3, 1, share_x=True)
         for axes, size in zip(panels, (1.0, 1e5, 1e-3), strict=True):
@@ -213,7 +211,6 @@ def test_labels_of_a_column_stand_in_one_line() -> None:
 
 
 def test_what_is_not_proved_is_hatched_and_lies_on_top() -> None:
-    """Proved ranges are plain, others hatched and drawn later; wide ranges keep their ends."""
     from matplotlib.patches import Rectangle
 
     row = OverlapRow("0.1 rad/s, 2000 N m", ((3, 10), (10.4, 25)), ((10, 10.4),))
@@ -230,7 +227,6 @@ def test_what_is_not_proved_is_hatched_and_lies_on_top() -> None:
     points=st.integers(8, 300),
 )
 def test_decimation_keeps_extremes_and_ends(values: NDArray[np.float64], points: int) -> None:
-    """At most the points asked for, all of them samples, with minimum, maximum, first and last."""
     time = np.arange(len(values), dtype=np.float64)
     x, y = decimate(time, values, points=points)
 
@@ -282,7 +278,6 @@ def design() -> PlantDesign:
 
 
 def test_every_pair_has_a_panel_with_units_on_its_outer_axes() -> None:
-    """Three states have three pairs; the projection of the first is its half-width in deg."""
     loop = plant_loop(design())
     figure = set_figure(loop)
     shown = [axes for axes in figure.axes if axes.get_visible()]

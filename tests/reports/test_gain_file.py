@@ -41,7 +41,6 @@ from tests.reports.plant_designs import design_of
 
 
 def test_schema_round_trip(turbine_design: TurbineDesign) -> None:
-    """What is written is read back by the schema, and printed again it is the same data."""
     written = json.loads(dump_gains(gain_file(turbine_design)))
 
     read = GainFile.model_validate(written)
@@ -50,7 +49,6 @@ def test_schema_round_trip(turbine_design: TurbineDesign) -> None:
 
 
 def test_every_number_of_the_law_has_a_unit(turbine_design: TurbineDesign) -> None:
-    """No column of the law stands without a unit."""
     content = gain_file(turbine_design)
 
     columns = {f"law.{name}" for name in content["law"] if name != "name"}
@@ -70,7 +68,6 @@ def test_one_sample_is_written_out(turbine_design: TurbineDesign) -> None:
 
 
 def test_trim_table_is_the_turbines(turbine_design: TurbineDesign) -> None:
-    """The emitted trim equals the turbine's trim at each wind, to the emitted decimals."""
     table = gain_file(turbine_design)["trim"]
 
     for k, wind in enumerate(table["wind"]):
@@ -97,7 +94,6 @@ def test_the_observer_has_inertia_and_torque_table(turbine_design: TurbineDesign
 def test_schema_refuses_what_it_does_not_know(
     turbine_design: TurbineDesign, field: str, value: object
 ) -> None:
-    """Another version, an unknown field, and a number for a name are refused."""
     content = gain_file(turbine_design) | {field: value}
 
     with pytest.raises(ValidationError):
@@ -105,7 +101,6 @@ def test_schema_refuses_what_it_does_not_know(
 
 
 def test_schema_refuses_a_column_of_another_length(turbine_design: TurbineDesign) -> None:
-    """A law whose table misses a node is refused as an effort-sharing law."""
     content = copy.deepcopy(gain_file(turbine_design))
     content["law"]["proportional"].pop()
 
@@ -114,7 +109,6 @@ def test_schema_refuses_a_column_of_another_length(turbine_design: TurbineDesign
 
 
 def test_json_schema_names_the_law_and_its_units() -> None:
-    """The JSON Schema is plain data and describes the law's columns."""
     schema = json.loads(json.dumps(gain_file_schema()))
 
     assert schema["$schema"].endswith("2020-12/schema")
@@ -146,7 +140,6 @@ def design() -> PlantDesign:
 
 
 def test_law_is_the_certificates(design: PlantDesign, tmp_path: Path) -> None:
-    """The very object that is proved, and the checker takes the pair."""
     content = plant_gain_file(design)
     certificate, gains = tmp_path / "c.json", tmp_path / "g.json"
     certificate.write_text(dumps(design.document), encoding="utf-8")
@@ -157,7 +150,6 @@ def test_law_is_the_certificates(design: PlantDesign, tmp_path: Path) -> None:
 
 
 def test_schema_round_trip_of_a_plant(design: PlantDesign) -> None:
-    """What is written is read back by the schema; an unknown member is refused."""
     written = json.loads(dump_gains(plant_gain_file(design)))
 
     assert PlantGainFile.model_validate(written).model_dump(mode="json") == written
@@ -167,14 +159,12 @@ def test_schema_round_trip_of_a_plant(design: PlantDesign) -> None:
 
 
 def test_every_gain_has_its_unit(design: PlantDesign) -> None:
-    """Force per place and per speed."""
     units = plant_gain_file(design)["units"]
 
     assert units["K, F per x"] == "N/m" and units["K, F per v"] == "N/(m/s)"
 
 
 def test_an_analysis_has_no_gain_file() -> None:
-    """A plant without inputs."""
     plant = Plant(equations=(-X,), states=(Variable(X, "m"),), name="still")
     found = design_plant(plant)
     assert isinstance(found, PlantDesign)
@@ -184,7 +174,6 @@ def test_an_analysis_has_no_gain_file() -> None:
 
 
 def test_the_largest_command_is_that_of_the_law(design: PlantDesign) -> None:
-    """At the start it is -K(h) x with the law's own memberships; later ones are smaller here."""
     assert design.law is not None
     start = np.array([0.5, 0.0])
     (run,) = simulation_data(simulate_plant(design, starts=[{"x": 0.5}]))["runs"]
@@ -238,7 +227,6 @@ def joint(turbine_design: TurbineDesign) -> TurbineDesign:
 
 
 def test_the_summary_tells_both(joint: TurbineDesign) -> None:
-    """The words carry the numbers, the objective's name and the steps that were taken."""
     words = synthesis_words(joint)
     assert "0.1894 to 0.2075 m/s" in words and "0.0169 to 0.0261 1/s" in words
     assert "balanced, 2 joint steps" in words
@@ -247,7 +235,6 @@ def test_the_summary_tells_both(joint: TurbineDesign) -> None:
 def test_two_step_gains_are_not_compared_but_the_reason_is_told(
     turbine_design: TurbineDesign,
 ) -> None:
-    """The words say why where one step was asked for."""
     assert turbine_design.synthesis is not None
     failed = replace(turbine_design.synthesis, kept="none of 3 joint steps was better")
     words = synthesis_words(replace(turbine_design, synthesis=failed))

@@ -102,7 +102,6 @@ def plant_file(name: str, folder: Path) -> Path:
 
 
 def written(document: Any, folder: Path) -> Path:
-    """Write a gain file and its certificate beside it."""
     path = folder / "gains.json"
     path.write_text(dump_gains(gain_file_of(document)), encoding="utf-8")
     (folder / "certificate.json").write_text(dumps(document), encoding="utf-8")

@@ -75,7 +75,6 @@ def test_what_says_nothing_is_refused(written: str, words: str) -> None:
 
 
 def test_a_threshold_has_two_sides() -> None:
-    """What just has the margin passes; what just misses it fails with the wind and the number."""
     rows = [row(9.0, 2.5), row(11.0, 2.01), row(12.0, 3.0)]
     assert failed(rows, AskedMargins(gain=2.01)) == ()
     assert failed(rows, AskedMargins(gain=2.02)) == (

@@ -64,7 +64,6 @@ def test_integrator_has_ninety_degrees_and_a_quarter_turn_of_delay(gain: float) 
 def test_margins_agree_with_the_polynomial_method(
     gain: float, lag: float, frequency: float, damping: float
 ) -> None:
-    """python-control finds the same margins from polynomial roots, where the loop is stable."""
     mode = control.tf(frequency**2, [1, 2 * damping * frequency, frequency**2])
     loop = control.tf(gain, [lag, 1]) * mode
     found = loop_margins(response_of(loop))
@@ -140,7 +139,6 @@ def test_worst_factor_in_the_disk_is_on_the_brink() -> None:
 def test_every_factor_inside_the_disk_leaves_the_loop_stable(
     gain: float, size: float, angle: float
 ) -> None:
-    """A constant complex factor inside the disk keeps all roots of den + f num on the left."""
     numerator, denominator = 25 * gain, np.array([1.0, 10.0, 10.0, 10.0])
     found = disk_of(response_of(control.tf(numerator, denominator)))
     d = size * np.exp(1j * angle)
@@ -192,7 +190,6 @@ def test_two_by_two_bound_is_mu_itself(seed: int) -> None:
 
 
 def test_scaling_a_channel_changes_nothing() -> None:
-    """A margin must not depend on the units of the actuators."""
     loop = spinning_satellite([[1, -2], [0, 1]])
     units = control.ss([], [], [], np.diag([1e4, 1e-2]))
     back = control.ss([], [], [], np.diag([1e-4, 1e2]))
@@ -240,7 +237,6 @@ def test_sampled_integrator_has_its_textbook_margins() -> None:
 
 
 def test_a_delay_of_whole_samples_is_exact() -> None:
-    """The loop stays stable with as many late samples as its delay margin says, and no more."""
     gain, period = 1.5, 0.1
     margin = loop_margins(scalar_loop([[1.0]], [gain * period], [1.0], period)).delay
 

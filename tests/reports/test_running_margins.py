@@ -241,7 +241,6 @@ def test_wakes_and_inertia_change_what_they_should() -> None:
 
 
 def test_all_winds_are_searched_and_all_plants_where_it_counts() -> None:
-    """Between whole winds the least disk margin of the pitch loop is found, near rated wind."""
     turbine = replace(nrel5mw(), cut_in=11.0, cut_out=13.0)
     loops = RunningLoops.of(turbine, law_with(5.0), swinging()[1], speed_filter=8.0)
     found = searched_margins(loops)

@@ -98,7 +98,6 @@ def test_a_tower_mode_at_the_crossover_of_pitch_is_refused(reduced: bool) -> Non
 
 
 def test_gains_do_not_depend_on_the_wind_filter() -> None:
-    """So a slower filter is tried with the gains that are there."""
     settings = default_settings(TURBINE)
     slower = replace(settings, wind_filter=30.0)
 
@@ -195,8 +194,6 @@ def test_a_loop_that_grows_between_the_winds_looked_at_is_refused() -> None:
 def test_a_loop_without_an_equilibrium_is_not_called_stable(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """There is nothing to linearise at, at any wind."""
-
     def no_rest(*_: object, **__: object) -> None:
         raise NoEquilibrium("no rest")
 
@@ -228,7 +225,6 @@ def test_a_law_for_a_lidar_is_noted() -> None:
 
 
 def test_the_filter_is_no_excuse_for_a_soft_tower() -> None:
-    """With the default filter this loop is unstable too."""
     soft = with_tower(0.48)
 
     with pytest.raises(ModelError, match="is unstable"):

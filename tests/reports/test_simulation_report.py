@@ -95,7 +95,6 @@ def baseline() -> Simulation:
 
 @lru_cache(maxsize=1)
 def broken() -> Simulation:
-    """A law that diverges beside one that does not."""
     chosen = ChosenLaws({"wild": Wild(), "baseline": BaselineLaw(TURBINE)}, None)
     winds = requested_winds(TURBINE, ["ramp"], duration=5.0)
     return run_simulation(TURBINE, chosen, winds)
@@ -109,7 +108,6 @@ def record(simulation: Simulation, index: int) -> History:
 
 
 def test_table_json_and_csv_say_the_same() -> None:
-    """Laws stand under one another by wind; all digits in the files; units in the headers."""
     simulation = baseline()
     rows = table_rows(simulation)
     text = json.loads(as_json(simulation))
@@ -124,7 +122,6 @@ def test_table_json_and_csv_say_the_same() -> None:
 
 
 def test_series_hold_the_record() -> None:
-    """Every tenth of a second, SI units named in the header."""
     history = record(baseline(), 2)
     lines = list(csv.reader(io.StringIO(series_csv(history))))
 
@@ -135,7 +132,6 @@ def test_series_hold_the_record() -> None:
 
 
 def test_divergence_is_told_and_the_others_are_shown() -> None:
-    """A dash in the table, a sentence below it, no figure line, and the other law's numbers."""
     simulation = broken()
     first, second = table_rows(simulation)
     markdown, text = as_markdown(simulation), json.loads(as_json(simulation))
@@ -153,7 +149,6 @@ def test_divergence_is_told_and_the_others_are_shown() -> None:
 
 
 def test_divergence_comes_back_whole_from_another_process() -> None:
-    """What is pickled on the way keeps its message and its time."""
     end = pickle.loads(pickle.dumps(Diverged("wild", "ramp", 0.5)))
 
     assert str(end) == str(Diverged("wild", "ramp", 0.5))
@@ -161,7 +156,6 @@ def test_divergence_comes_back_whole_from_another_process() -> None:
 
 
 def test_a_run_that_leaves_the_tables_says_when() -> None:
-    """A gale on a rotor that turns slowly: tip-speed ratios below the table's."""
     law = ChosenLaws({"baseline": BaselineLaw(TURBINE)}, None)
     wind = step_wind(4.0, 60.0, 12.0, begin=3.0)
     simulation = run_simulation(TURBINE, law, [wind])
@@ -179,7 +173,6 @@ def test_a_run_that_leaves_the_tables_says_when() -> None:
 
 @pytest.mark.parametrize("name", [name for name in FORMS if FORMS[name].alone])
 def test_words_alone_have_winds_across_rated_wind(name: str) -> None:
-    """Together the winds of a word lie on both sides; default durations hold."""
     winds = requested_winds(TURBINE, [name])
     rated = rated_wind(TURBINE)
 
@@ -220,7 +213,6 @@ def effort_law(wind_filter: float) -> EffortSharingLaw:
 
 @cache
 def law(name: str) -> Law:
-    """Laws with made-up gains that differ from node to node, so that a wrong node shows."""
     if name.startswith("effort"):
         return effort_law(0.0 if name.endswith("unfiltered") else 4.0)
     if name == "baseline":
@@ -272,7 +264,6 @@ def require_same(fast: History, slow: History) -> None:
     ],
 )
 def test_the_compiled_loop_is_the_loop_in_python(name: str, late: float) -> None:
-    """On the rich plant in turbulence across rated wind, behind a band-stop, also sent later."""
     plant = validation_plant(TURBINE, ripple=0.01, speed_filter=SpeedFilter(30.0, 9.3))
     fast, slow = both(plant, name, turbulence(), late=late)
 
@@ -283,7 +274,6 @@ def test_the_compiled_loop_is_the_loop_in_python(name: str, late: float) -> None
 
 @pytest.mark.parametrize("name", LAWS)
 def test_a_step_on_the_stiff_plant_with_the_true_wind(name: str) -> None:
-    """Without an observer the law sees the wind itself; limits of torque are met and flagged."""
     fast, slow = both(design_plant(TURBINE), name, step_wind(9.0, 14.0, 12.0, begin=2.0),
                       observed=False)  # fmt: skip
 
@@ -327,7 +317,6 @@ def test_a_program_of_another_law_is_refused() -> None:
 
 
 def test_threads_give_each_case_its_own_result() -> None:
-    """In the order of the cases, whatever finishes first."""
     compiled, plant = compiled_law(TURBINE, law("effort"), OBSERVER), validation_plant(TURBINE)
     assert compiled is not None
 
@@ -411,7 +400,6 @@ def executed(program: ControllerProgram, samples: list[dict[str, float]]) -> lis
 
 @pytest.mark.parametrize("formula", FORMULAS)
 def test_each_function_of_the_language(formula: str) -> None:
-    """As the reader of gain files in Python has it, at nodes, between them, and beyond them."""
     program, run = machine(formula), None
     points = [-2.5, -2.0, -1.25, 0.0, 0.25, 0.5, 1.0, 2.5, 3.0, 3.5]
     samples = [

@@ -85,7 +85,6 @@ def exactly_holds(condition: Condition, values: dict[str, Floats]) -> bool:
 def test_both_sides_of_a_threshold_exactly(
     vertices: Callable[[Fraction], Array], feasible: Fraction, infeasible: Fraction
 ) -> None:
-    """A candidate that holds over the rationals on one side, exact multipliers on the other."""
     yes = common_lyapunov_condition(vertices(feasible))
     no = common_lyapunov_condition(vertices(infeasible))
 
@@ -231,7 +230,6 @@ def test_a_multiplier_that_was_tampered_with_is_refused(item: int, row: int, col
 
 
 def test_each_requirement_is_checked_by_itself() -> None:
-    """Signs, symmetry, strictness, shapes, names; and the condition that they are about."""
     found = proof()
     zero = {name: 0 * Z for name, Z in found.multipliers.items()}
     assert "all zero" in replace(found, multipliers=zero).fault()

@@ -107,7 +107,6 @@ def test_dead_beat_has_every_rate() -> None:
 
 
 def test_a_model_knows_its_sample_time() -> None:
-    """A model of discrete time needs no word; another sample time, or one for x', is refused."""
     model = TSModel(book_pair(), sample_time=0.5)
 
     assert (

@@ -42,7 +42,6 @@ def test_one_state_reaches_the_exact_peak(rate: float, bound: float) -> None:
 
 
 def test_the_candidate_satisfies_what_was_posed() -> None:
-    """P bounds every direction, and the invariance matrices of all vertices are negative."""
     A, d = oscillators()
     directions = np.array([[2.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
     found = invariant_ellipsoid(A, d, np.array([0, 1]), directions)
@@ -62,7 +61,6 @@ def test_decay_rates_of_known_matrices() -> None:
 
 
 def test_largest_scale_is_the_root_of_the_inequality() -> None:
-    """At the returned scale the inequality is about to break; a hair below it holds."""
     A, d = oscillators()
     P = np.array([[3.0, 1.0], [1.0, 3.0]])
     fixed = 0.1 * d
@@ -89,7 +87,6 @@ def test_no_multiplier_bears_more_than_the_one_found() -> None:
 
 
 def test_an_unstable_vertex_has_no_ellipsoid() -> None:
-    """ "No common P" is an answer with words, not an exception."""
     A = np.array([[[0.1, 0.0], [0.0, -1.0]], [[-1.0, 0.0], [0.0, -1.0]]])
     found = invariant_ellipsoid(A, np.ones((2, 2)), np.zeros(2, dtype=np.intp), np.eye(2))
 
@@ -107,7 +104,6 @@ def test_an_unstable_vertex_has_no_ellipsoid() -> None:
     ],
 )
 def test_sizes_and_signs_are_checked(d: Floats, alpha: Floats, directions: Floats) -> None:
-    """The builder names what does not fit; a multiplier of zero is refused."""
     with pytest.raises(ModelError):
         invariant_ellipsoid_condition(oscillators()[0], d, alpha, directions)
 
@@ -119,7 +115,6 @@ BLIND, SEEING = np.array([[1.0], [1.0]]), np.array([[1.0], [0.0]])
 
 
 def reach(P: np.ndarray, N: np.ndarray) -> float:
-    """Return how far x may start."""
     return float(1 / np.sqrt(N.T @ P @ N)[0, 0])
 
 

@@ -99,7 +99,6 @@ powers = st.lists(st.floats(-5.0, 5.0), min_size=2, max_size=2)
 
 @given(powers, st.integers(-20, 20), st.booleans())
 def test_units_and_states_turn_no_answer(exponents: list[float], shear: int, inside: bool) -> None:
-    """From both sides of the limit, one per cent of it away."""
     a = (3 + np.sqrt(8)) * (0.99 if inside else 1.01)
     T = np.diag(10.0 ** np.array(exponents)) @ np.array([[1.0, shear], [0.0, 1.0]])
     A = T @ planar_pair(a) @ np.linalg.inv(T)

@@ -260,7 +260,6 @@ def test_switched_loops_keep_both_bounds() -> None:
 
 
 def test_feed_through_has_infinite_variance() -> None:
-    """D that is not zero is a no with its reason; the builder has nothing to pose."""
     A, B, C = third_order()
     D = np.diag([0.0, 0.25])
     answer = h2_norm(A, B, C, D)
@@ -273,7 +272,6 @@ def test_feed_through_has_infinite_variance() -> None:
 
 
 def test_the_disturbance_is_e_where_there_is_one() -> None:
-    """With E the input and its feed-through play no part; without it the input disturbs."""
     A = [[[-2.0]]]
     both = TSModel(A, [[7.0]], C=[[1.0]], D=[[9.0]], E=[[3.0]])
     only_input = TSModel(A, [[7.0]], C=[[1.0]], D=[[9.0]])
@@ -315,7 +313,6 @@ def test_a_bound_far_from_the_least_is_not_passed_off_as_it() -> None:
     ],
 )
 def test_paths_that_make_no_sense(arguments: tuple[Any, ...], message: str) -> None:
-    """Shapes, emptiness, entries and dead paths are told apart, in the builder too."""
     with pytest.raises(ModelError, match=message):
         hinf_norm(*arguments)
     with pytest.raises(ModelError, match=message):
@@ -357,7 +354,6 @@ def scattered(count: int, sample_time: float | None = None) -> TSModel:
 
 
 def shown(answer: Answer) -> tuple[float, Floats]:
-    """Return the gain and P of an answer that must have them."""
     assert answer.status == "candidate", answer.diagnosis
     assert answer.gain is not None and answer.P is not None
     return answer.gain, answer.P
@@ -365,7 +361,6 @@ def shown(answer: Answer) -> tuple[float, Floats]:
 
 @pytest.mark.parametrize("sample_time", [None, 0.05])
 def test_rounds_reach_the_bound_of_all_vertices_at_once(sample_time: float | None) -> None:
-    """The same least gamma and nu as with every vertex given to the solver."""
     model = scattered(90, sample_time)
     energy = optimise(hinf_norm_condition(model))
     noise = optimise(h2_norm_condition(model))
@@ -377,7 +372,6 @@ def test_rounds_reach_the_bound_of_all_vertices_at_once(sample_time: float | Non
 @pytest.mark.slow
 @pytest.mark.parametrize("sample_time", [None, 0.05])
 def test_the_bound_holds_at_every_vertex(sample_time: float | None) -> None:
-    """P is held against all six hundred, by eigenvalues; with some vertices it shows less."""
     model = scattered(600, sample_time)
     path = disturbance_channel(model)
     energy, P = shown(hinf_norm(model))

@@ -105,7 +105,6 @@ def test_the_condition_itself_in_cvxpy(sample_time: float | None) -> None:
 
 
 def test_no_decay_rate_does_better_than_the_one_found() -> None:
-    """Given rates give bounds too, none of them lesser; too fast a rate gives none, and says so."""
     model = two_vertices()
     best = peak_gain(model)
     assert best.decay_rate is not None
@@ -119,7 +118,6 @@ def test_no_decay_rate_does_better_than_the_one_found() -> None:
 
 
 def test_the_gain_is_what_p_and_the_rate_show() -> None:
-    """P and the rate alone show the same bound; a larger ellipsoid, or -P, does not."""
     model = two_vertices()
     answer = peak_gain(model)
     assert answer.P is not None and answer.decay_rate is not None
@@ -150,7 +148,6 @@ def test_a_rate_that_no_common_function_shows_is_a_reasoned_no(
 
 
 def test_misuse_is_refused() -> None:
-    """A decay rate that is not positive."""
     with pytest.raises(ModelError, match=r"decay_rate is 0 1/s; it must be positive"):
         peak_gain(two_vertices(), decay_rate=0.0)
     with pytest.raises(ModelError, match=r"decay_rate is -1 1/s"):

@@ -142,7 +142,6 @@ def two_inputs(sample_time: float | None = None) -> tuple[TSModel, Floats]:
 
 @pytest.mark.parametrize("sample_time", [None, 0.05])
 def test_two_inputs_in_both_kinds_of_time(sample_time: float | None) -> None:
-    """Given gains of each rule: larger than without saturation, and contractive."""
     model, K = two_inputs(sample_time)
     limit = np.array([1.0, 2.0])
     plain = attraction_ellipsoid(model, gains=K, input_limit=limit, decay_rate=0.1)
@@ -161,7 +160,6 @@ def test_two_inputs_in_both_kinds_of_time(sample_time: float | None) -> None:
 
 
 def test_limits_on_top_of_each_other_only_shrink_the_ellipsoid() -> None:
-    """A limit on the input, then a tighter one, then a box inside the model's own."""
     model, K = two_inputs()
     boxed = TSModel(model.A, model.B, states=("a [m]", "b [m]"), box={"a [m]": (-0.05, 0.1)})
     one = attraction_ellipsoid(model, gains=K, input_limit=[1.0, 3.0])
@@ -186,7 +184,6 @@ def test_the_points_are_what_counts() -> None:
 
 
 def test_units_do_not_matter() -> None:
-    """Angle in mrad, torque in kN m: the same ellipsoid in those units."""
     S, T = np.array([2.0**10, 2.0**4]), 2.0**-10
     other = TSModel(torque_pendulum().A * S[:, None] / S, torque_pendulum().B * S[:, None] / T)
     options = {"saturation": "polytope", "decay_rate": 2.0}
@@ -198,7 +195,6 @@ def test_units_do_not_matter() -> None:
 
 @pytest.mark.parametrize("limit", [1e-9, 1e-3, 1e6])
 def test_any_size_of_limit_is_answered(limit: float) -> None:
-    """Twice the limit, twice the ellipsoid: from nano to mega, gains sought or given."""
     model = TSModel([[[2.0]]], [[[1.0]]])
     given = attraction_ellipsoid(model, gains=[[1e4]], input_limit=limit).P
     sought = attraction_pdc(model, input_limit=limit).P
@@ -211,7 +207,6 @@ def test_any_size_of_limit_is_answered(limit: float) -> None:
 
 
 def test_the_rate_of_the_answer_holds_in_the_whole_ellipsoid() -> None:
-    """With saturation it is the smaller one: that of the saturated input."""
     model, rates = torque_pendulum(), {"decay_rate": 2.0, "saturated_decay_rate": 0.1}
 
     assert attraction_pdc(model, input_limit=10.0, **rates).decay_rate == 0.1  # type: ignore[arg-type]
@@ -220,7 +215,6 @@ def test_the_rate_of_the_answer_holds_in_the_whole_ellipsoid() -> None:
 
 
 def test_what_is_misused_is_refused() -> None:
-    """Each message says what was given and what to do."""
     model, K = two_inputs()
     cases: list[tuple[Callable[[], object], str]] = [
         (lambda: attraction_ellipsoid(-np.eye(2)), "nothing limits the ellipsoid"),

@@ -54,7 +54,6 @@ def test_a_common_p_and_the_largest_box_that_has_one() -> None:
 
 
 def test_shares_say_once_of_what_they_are() -> None:
-    """In the diagnosis and in the explanation; none where there are no multipliers."""
     shares = [Share("rule 1", "pair", 0.564), Share("rules 1 and 2", "pair", 0.19)]
     answer = common_lyapunov(lpj12())
     assert answer.condition is not None
@@ -131,7 +130,6 @@ def test_the_cheapest_relaxation_that_helps_ends_the_search() -> None:
 
 @pytest.mark.slow
 def test_the_options_are_those_that_were_given_before() -> None:
-    """An input limit that is too tight for the initial box: without it there is nothing to say."""
     model = TSModel([[[0.0, 1.0], [1.0, 0.0]]], [[[0.0], [1.0]]])
     design = pdc(model, input_limit=[0.5], initial_box=[1.0, 1.0])
 
@@ -149,7 +147,6 @@ def test_discrete_time() -> None:
 
 
 def test_a_model_need_not_be_one_of_ours() -> None:
-    """Arrays in any object."""
     plain = SimpleNamespace(A=three_rules(0.0).A, B=three_rules(0.0).B)
     told = explain(pdc(plain), plain)
 
@@ -158,7 +155,6 @@ def test_a_model_need_not_be_one_of_ours() -> None:
 
 
 def test_an_answer_to_another_question_is_refused() -> None:
-    """The message says what can be explained; misuse of what is asked again is not swallowed."""
     norm = hinf_norm(-np.eye(2), np.ones((2, 1)), np.ones((1, 2)))
     with pytest.raises(ModelError, match="explain knows the answers of pdc and of common_lyapunov"):
         explain(norm, -np.eye(2))
@@ -167,7 +163,6 @@ def test_an_answer_to_another_question_is_refused() -> None:
 
 
 def test_items_without_a_share_are_not_named() -> None:
-    """A third vertex, well damped, could be left out."""
     A = np.concatenate([lpj12(), [[[-50.0, 0.0], [0.0, -50.0]]]])
     answer = common_lyapunov(A)
     assert answer.condition is not None
@@ -192,7 +187,6 @@ def two_premises(rules: list[tuple[int, int]] | None = None) -> TSModel:
 def test_the_smaller_model_is_the_same_plant_where_both_hold(
     rules: list[tuple[int, int]] | None,
 ) -> None:
-    """The blends agree at every point of the smaller box; names and sample time are kept."""
     model = two_premises(rules)
     smaller = on_smaller_box(model, Fraction(1, 4))
 
@@ -207,7 +201,6 @@ def test_the_smaller_model_is_the_same_plant_where_both_hold(
 
 
 def test_a_premise_without_a_range_costs_no_rule() -> None:
-    """Half of the rules are left, with the other premise as it was."""
     smaller = with_narrower_premise(two_premises(), 1, Fraction(0))
 
     assert smaller.rules == ((0, 0), (1, 0))
@@ -217,7 +210,6 @@ def test_a_premise_without_a_range_costs_no_rule() -> None:
 
 
 def test_without_premises_the_vertices_move_to_their_mean() -> None:
-    """A model, an object with arrays, and an array."""
     A, B = np.array([[[0.0]], [[4.0]]]), np.ones((2, 1, 1))
     half = Fraction(1, 2)
 

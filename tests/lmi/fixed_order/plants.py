@@ -34,7 +34,6 @@ def _document() -> dict[str, Any]:
 
 
 def names() -> list[str]:
-    """Return the plants in the table's order."""
     return list(_document()["hifoo"])
 
 

@@ -28,7 +28,6 @@ REDUCED = ("AC11", "CSE1", "NN8")
 
 
 def proved_gain(design: FixedOrderDesign) -> float:
-    """Return the bound that is proved."""
     answer = certify(design.model, design.gains, claims=[L2Gain(output=design.output)])
     assert answer.verdict is Verdict.PROVED
     return float(answer.document["claims"][0]["gain"])

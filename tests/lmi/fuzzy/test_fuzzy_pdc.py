@@ -161,7 +161,6 @@ def test_a_premise_has_a_rate_in_its_own_unit() -> None:
 
 
 def test_a_premise_that_jumps_has_no_part_in_P() -> None:
-    """Two premises, one without a bound: rules that differ in it alone share a P."""
     A = [[[0, 1], [4 + 2 * p + q, 0]] for p in (-1, 1) for q in (-1, 1)]
     model = TSModel(A, [[[0], [1]]] * 4, premises=[Premise("p", -1, 1), Premise("q", -1, 1)])
     design = fuzzy_pdc(model, rate_bounds={"p": 1.0, "q": np.inf}, relaxation="product")
@@ -172,7 +171,6 @@ def test_a_premise_that_jumps_has_no_part_in_P() -> None:
 
 
 def test_units_do_not_matter() -> None:
-    """Power-of-two units of states and input, and of time: the same law in those units."""
     s, tau, time = np.array([2.0**12, 1.0]), 2.0**-7, 2.0**4
     model = tanaka_ohtake(1.5)
     other = TSModel(time * model.A * s / s[:, None], time * model.B * tau / s[:, None])
@@ -184,7 +182,6 @@ def test_units_do_not_matter() -> None:
 
 
 def test_a_no_says_what_binds_and_what_to_do() -> None:
-    """Beyond the limits; and with a fixed mode slower than what is asked."""
     model = TSModel([[[-1.0, 0.0], [0.0, 1.0]]] * 2, [[[0.0], [1.0]]] * 2)
     design = fuzzy_pdc(guerra_vermeiren(1.9))
     fixed = fuzzy_pdc(model, rate_bounds=1.0, decay_rate=2.0)
@@ -205,6 +202,5 @@ def test_a_no_says_what_binds_and_what_to_do() -> None:
     ],
 )
 def test_misuse_is_said(options: Mapping[str, Any], said: str) -> None:
-    """What was given, and what is needed."""
     with pytest.raises(ModelError, match=said):
         fuzzy_pdc(tanaka_ohtake(1.0), **options)

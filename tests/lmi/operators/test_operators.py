@@ -39,12 +39,10 @@ C = np.array([[0.1, 1.0]])
 
 
 def symmetric(name: str = "P", n: int = 2) -> Unknown:
-    """An unknown symmetric matrix."""
     return Unknown(name, n, n, symmetric=True)
 
 
 def values_of(condition: Condition, seed: int) -> dict[str, Any]:
-    """Any values of the unknowns."""
     random = np.random.default_rng(seed)
     return {u.name: u.value(random.normal(size=u.length)) for u in condition.unknowns}
 
@@ -176,7 +174,6 @@ def test_a_statement_is_neither_true_nor_false() -> None:
     ],
 )
 def test_what_cannot_be_meant_is_refused(wrong: Any, message: str) -> None:
-    """Each misuse says what was given and what was needed."""
     with pytest.raises(ModelError, match=message):
         wrong(symmetric())
 
@@ -308,13 +305,11 @@ def test_what_reads_lmis_alone_refuses_equalities() -> None:
 
 
 def value_of(expression: Any, values: dict[str, Any]) -> Any:
-    """The matrix at these unknowns."""
     X = expression.flat()
     return np.broadcast_to(sum(piece.value(values, 1) for piece in X.pieces)[0], X.shape)
 
 
 def test_slices_and_kronecker_products_are_numpys() -> None:
-    """At random unknowns every index and both orders of np.kron give what numpy gives."""
     # The stubs of numpy know arrays alone.
     numpy: Any = np
     P, M = symmetric("P", 3), Unknown("M", 1, 3)
@@ -369,14 +364,12 @@ def expressed_determinant(condition: Condition) -> float:
 
 
 def test_maximise_is_minimise_with_the_other_sign() -> None:
-    """The objective of the outcome is of what is minimised."""
     P = symmetric()
     outcome = optimise(pose(P >> 0, P <= np.eye(2), He(P @ A[0]) << 0, maximise=P[0, 0]))
     assert outcome.objective == pytest.approx(-1.0, abs=1e-5)
 
 
 def test_reprs_are_short() -> None:
-    """One line, whatever the size of what it stands for."""
     P = symmetric("P", 30)
     condition = pose(P >> 0, He(P @ np.ones((30, 30))) << 0, minimise=trace(P))
     for value in (P @ np.ones((30, 30)), P >> 0, P <= P, P == 0, condition, *condition.lmis):

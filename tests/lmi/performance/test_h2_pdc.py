@@ -118,7 +118,6 @@ def test_the_gramian_form_bounds_every_instant_of_any_schedule() -> None:
 
 
 def test_a_decay_rate_and_a_gain_bound_hold_at_a_price() -> None:
-    """Each restriction is kept, and raises the bound."""
     model = two_rules()
     free = h2_pdc(model)
     fast, bounded = h2_pdc(model, decay_rate=4.0), h2_pdc(model, gain_bound=10.0)
@@ -153,6 +152,5 @@ def test_white_noise_that_reaches_the_output_directly_is_refused() -> None:
     ],
 )
 def test_misuse_is_refused(arguments: dict[str, Any], message: str) -> None:
-    """Each says what was given and what is needed."""
     with pytest.raises(ModelError, match=message):
         h2_pdc(two_rules(), **arguments)

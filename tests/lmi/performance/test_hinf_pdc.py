@@ -184,13 +184,11 @@ def test_analysis_agrees_where_one_gain_serves_all() -> None:
     ],
 )
 def test_misuse_is_refused(arguments: dict[str, Any], message: str) -> None:
-    """Each says what was given and what is needed."""
     with pytest.raises(ModelError, match=message):
         hinf_pdc(two_rules(), **arguments)
 
 
 def test_models_that_lack_something_are_refused() -> None:
-    """No disturbance, no output, no input, an input without effect, a mode that nothing moves."""
     A, B, E, C = [np.diag([1.0, -1.0])], [[1.0], [0.0]], [[1.0], [1.0]], [[1.0, 1.0]]
     for model, message in (
         (TSModel(A, B, C=C), "the model has no disturbance; E is needed"),
@@ -261,7 +259,6 @@ def test_a_norm_that_is_enough_has_the_gains_that_it_needs() -> None:
 
 @pytest.mark.parametrize("design", DESIGNS)
 def test_a_norm_that_is_asked_for(design: Callable[..., Design]) -> None:
-    """Above the least one there are milder gains, below it there are none, exactly."""
     model = two_rules()
     least = design(model)
     enough, less = (design(model, norm_below=share * gain_of(least)) for share in (2.0, 0.5))

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.lmi import Design, hinf_pdc
 from tests.lmi.performance.disturbed import blends, gain_of, loop, two_rules
 
 pytestmark = pytest.mark.numeric
 
-Floats = NDArray[np.float64]
-
 
 @pytest.mark.parametrize("sample_time", [None, 0.1])
 def test_a_decay_rate_holds_besides(sample_time: float | None) -> None:
-    """Every blend decays as fast as asked, at a price in gamma; without asking it does not."""
     model = two_rules(sample_time)
     free = hinf_pdc(model, tolerance=0.05)
     fast = hinf_pdc(model, tolerance=0.05, decay_rate=4.0)
@@ -82,7 +78,6 @@ def test_the_function_stores_no_more_than_the_disturbance_gives(
 
 
 def test_limits_that_the_disturbance_breaks_are_a_reasoned_no() -> None:
-    """Too little input for the disturbance: infeasible, with what binds; half of it is enough."""
     no = hinf_pdc(two_rules(), input_limit=[0.8], disturbance_energy=1.0)
 
     assert no.status == "infeasible"
@@ -93,7 +88,6 @@ def test_limits_that_the_disturbance_breaks_are_a_reasoned_no() -> None:
 
 
 def test_state_and_initial_boxes_are_kept() -> None:
-    """The ellipsoid contains the initial box and lies inside the state box."""
     design = hinf_pdc(
         two_rules(), disturbance_energy=0.1, initial_box=[0.3, 0.3], state_box=[1.0, 2.0]
     )
@@ -105,7 +99,6 @@ def test_state_and_initial_boxes_are_kept() -> None:
 
 
 def test_a_gain_bound_is_kept_at_a_price() -> None:
-    """No gain has a larger norm; a small bound costs gamma."""
     model = two_rules()
     free = hinf_pdc(model)
     bounded = hinf_pdc(model, gain_bound=20.0)

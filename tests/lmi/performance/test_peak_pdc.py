@@ -120,7 +120,6 @@ def test_a_given_rate_holds_and_does_not_beat_the_one_found() -> None:
 
 
 def test_held_disturbances_are_some_of_all() -> None:
-    """Sampling the loop of a continuous design leaves its ellipsoid invariant for held w."""
     model = two_rules()
     design = peak_pdc(model, tolerance=0.01)
     K, P = design.require()
@@ -146,7 +145,6 @@ def test_held_disturbances_are_some_of_all() -> None:
     ],
 )
 def test_misuse_is_refused(arguments: dict[str, Any], message: str) -> None:
-    """Each says what was given and what is needed."""
     with pytest.raises(ModelError, match=message):
         peak_pdc(two_rules(), **arguments)
 

@@ -27,7 +27,6 @@ def plant(seconds: float) -> DisturbedPlant:
 
 @pytest.mark.parametrize("function", [hinf_pdc, h2_pdc, peak_pdc])
 def test_poles_lie_in_the_region_and_the_norm_is_larger(function: Any) -> None:
-    """Of every rule with its own gain; without the region they lie elsewhere, with less norm."""
     free = function(plant(1.0))
     held = function(replace(plant(1.0), region=REGION))
 

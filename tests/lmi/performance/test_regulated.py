@@ -78,7 +78,6 @@ def norm_of(model: TSModel, output: Any, K: Any) -> float:
 @pytest.mark.parametrize("name", sorted(SYSTEMS))
 @pytest.mark.usefixtures("without_programs")
 def test_one_rule_needs_no_program(name: str) -> None:
-    """Gains within a ten-thousandth of the least norm, and a bound that is as near."""
     system = SYSTEMS[name]()
     model, output = TSModel([system.A], [system.B], E=[system.B1]), (system.C1, system.D12)
     found = h2_pdc(model, performance=output)
@@ -178,7 +177,6 @@ DIS5_HINF, DIS5_H2 = 27.4937, 36.0206
 
 @pytest.fixture(autouse=True)
 def without_sdpa(monkeypatch: pytest.MonkeyPatch) -> None:
-    """sdpa is never needed."""
     monkeypatch.setattr(solve, "sdpa_is_installed", lambda: False)
 
 

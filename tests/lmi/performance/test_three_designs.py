@@ -189,7 +189,6 @@ def test_a_no_is_that_of_gains_of_whatever_norm(kind: str) -> None:
 
 
 def test_a_margin_that_costs_too_much_is_made_smaller_once() -> None:
-    """Random rules whose margin of the tolerance costs more than the tolerance: two calls."""
     rng = np.random.default_rng(1)
     A, B = rng.normal(size=(4, 4)), rng.normal(size=(4, 2))
     A = A + 0.2 * rng.normal(size=(4, 4, 4))

@@ -92,7 +92,6 @@ def least_of_control1() -> tuple[float, float]:
 
 
 def rate_of(vertices: Any) -> float:
-    """Return the largest common decay rate."""
     rate = max_decay_rate(np.array(vertices)).decay_rate
     assert rate is not None
     return rate

@@ -51,7 +51,6 @@ def test_every_number_is_found_again(name: str) -> None:
 
 @pytest.mark.parametrize("name", STATUSES)
 def test_every_status_is_found_again(name: str) -> None:
-    """What is said to be feasible has a candidate."""
     assert STATUSES[name]() == printed(name)
 
 
@@ -87,7 +86,6 @@ def test_no_row_contradicts_the_whole_collection() -> None:
 
 
 def test_every_test_that_is_named_exists() -> None:
-    """A test that is renamed leaves no trace on the page."""
     sources = [path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py")]
     there = {name for text in sources for name in re.findall(r"^def (test_\w+)\(", text, re.M)}
 

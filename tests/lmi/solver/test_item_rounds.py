@@ -78,7 +78,6 @@ def test_one_bad_vertex_among_many_is_found() -> None:
 
 
 def test_the_verdict_turns_where_it_turns_for_all() -> None:
-    """The same yes and no as with every vertex given, on both sides."""
     verdicts = []
     for rate in (0.0, 0.05, 0.5, 1.5):
         condition = common_lyapunov_condition(vertices(100, 3), decay_rate=rate)
@@ -89,7 +88,6 @@ def test_the_verdict_turns_where_it_turns_for_all() -> None:
 
 @pytest.mark.parametrize("count", [60, 1000])
 def test_the_least_objective_is_that_of_all(count: int) -> None:
-    """Trace objective: near the least over all, and the bound below both."""
     condition = least_trace(vertices(count, 4))
     found = optimise_by_rounds(condition)
 

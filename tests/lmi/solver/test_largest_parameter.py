@@ -28,8 +28,6 @@ from takagi.lmi.parameter_search.parameter_path import ParameterPencil
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import feasp_triple, tanaka_wang_rules
 
-Floats = NDArray[np.float64]
-
 
 def limited_design(sample_time: float | None) -> Condition:
     """Tanaka and Wang (2001), page 58 with b = 3, and limits that end the decay rate."""
@@ -54,7 +52,6 @@ def test_the_decay_rate_of_the_gevp_page() -> None:
 
 @pytest.mark.parametrize("sample_time", [None, 0.1])
 def test_gains_that_are_limited(sample_time: float | None) -> None:
-    """With several unknowns and constants: feasible on one side of the value, not on the other."""
     condition = limited_design(sample_time)
     name, d = ("alpha", 1.0) if sample_time is None else ("contraction", -1.0)
     found = extreme_parameter(condition, name, largest=sample_time is None)
@@ -71,7 +68,6 @@ def test_gains_that_are_limited(sample_time: float | None) -> None:
 
 
 def test_the_value_is_what_the_unknowns_show() -> None:
-    """What the best unknowns allow is the value; a hair beyond, an LMI is violated."""
     condition = common_lyapunov_condition(feasp_triple())
     found = extreme_parameter(condition, "alpha")
     P = found.best["P"]
@@ -98,7 +94,6 @@ def test_unknowns_without_a_margin_are_not_handed_back() -> None:
 
 
 def test_infeasible_from_the_start() -> None:
-    """No common P at the condition's own value: that is the answer, with its multipliers."""
     far = np.array([[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -8.0], [1 / 8, -1.0]]])
     found = extreme_parameter(common_lyapunov_condition(far), "alpha")
 
@@ -145,7 +140,6 @@ def test_bound_and_multipliers_need_one_homogeneous_unknown() -> None:
 
 
 def test_misuse_is_named() -> None:
-    """No such parameter; unknowns that satisfy no value; a tolerance that is none."""
     condition = common_lyapunov_condition(feasp_triple())
     with pytest.raises(ModelError, match="no term has the parameter 'gamma'; there are alpha"):
         extreme_parameter(condition, "gamma")
@@ -172,7 +166,6 @@ def test_other_unknowns_beside_one_matrix(relaxation: str, a: float, b: float, m
 
 
 def test_a_search_that_was_cut_short_says_so() -> None:
-    """After one step the value is shown, but what is beyond it is open."""
     condition = limited_design(None)
     short, whole = (extreme_parameter(condition, "alpha", steps=steps) for steps in (1, 60))
 

@@ -131,7 +131,6 @@ def test_how_far_is_the_tolerance_that_is_stated() -> None:
 
 @pytest.mark.parametrize("scale", [2.0**-30, 1.0, 2.0**20])
 def test_the_tolerance_is_a_share_in_all_units(scale: float) -> None:
-    """The same miss of the same limit, in inputs and states of other units."""
     M, Q = np.array([[[-0.9, -0.9]]]), np.eye(2)[None]
     shown = []
     for one in (1.0, scale):
@@ -143,7 +142,6 @@ def test_the_tolerance_is_a_share_in_all_units(scale: float) -> None:
 
 
 def test_a_search_over_a_parameter_keeps_them_too() -> None:
-    """Unknowns beyond a non-strict limit allow no value at all."""
     A = np.array([[[-1.0, 0.5], [0.0, -2.0]]])
     condition = common_lyapunov_condition(A)
     assert [lmi.strict for lmi in condition.lmis].count(False) == 1
@@ -180,7 +178,6 @@ def test_a_contradiction_by_less_than_can_be_told_is_unknown() -> None:
 
 
 def test_non_strict_lmis_that_contradict_one_another_beside_a_strict_one() -> None:
-    """No margin helps; it is a no, not doubt."""
     condition = between(2.0, 1.0)
     condition = replace(condition, lmis=(*condition.lmis, side("up", 1.0, 0.0)))
     outcome = decide(condition)
@@ -189,7 +186,6 @@ def test_non_strict_lmis_that_contradict_one_another_beside_a_strict_one() -> No
 
 
 def test_without_an_lmi_there_is_nothing_to_miss() -> None:
-    """An empty condition has no margin to take the least of."""
     assert margin(Condition(name="nothing", unknowns=(X,), lmis=()), {"x": ONE}) == 0.0
 
 
@@ -222,7 +218,6 @@ def test_exact_multipliers_know_the_kind() -> None:
     ],
 )
 def test_numbers_that_make_no_sense_are_refused(kind: dict[str, Any], said: str) -> None:
-    """With what was given, and what is needed."""
     with pytest.raises(ModelError, match=said):
         side("a", 1.0, 0.0, **kind)
 

@@ -52,7 +52,6 @@ def gain_of(answer: Any) -> float:
     ids=["hinf_norm", "h2_norm", "robust", "hinf_pdc", "h2_pdc", "peak_pdc"],
 )
 def test_a_gain_is_bounded_in_the_units_in_which_it_is_given(ask: Callable[[], Any]) -> None:
-    """One per cent above the least there are unknowns, two below there are none: in y over w."""
     answer = ask()
     gain = gain_of(answer)
 

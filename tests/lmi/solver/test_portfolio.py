@@ -129,7 +129,6 @@ def test_centring_that_fails_next_to_the_optimum_is_tried_in_better_units(
 
 
 def test_an_objective_far_above_its_bound_is_not_settled(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A solver that stops at twice the optimum, feasible: no answer to what is least."""
     condition = gain_condition(2, 3, 1)
     honest = stages.optimise(condition)
 
@@ -220,7 +219,6 @@ def test_sdpa_begins_again_when_it_does_not_move(monkeypatch: pytest.MonkeyPatch
 
 
 def test_without_sdpa_clarabel_is_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    """sdpa is never needed."""
     monkeypatch.setattr(solve, "sdpa_is_installed", lambda: False)
     monkeypatch.setattr(solve, "prefers_sdpa", lambda found: True)
     program = least_program(gain_condition(2, 5, 3))

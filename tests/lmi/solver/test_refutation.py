@@ -137,7 +137,6 @@ def test_the_energy_gain_of_a_lag_is_one() -> None:
 
 
 def test_nothing_is_bounded_without_an_objective() -> None:
-    """The message names the condition."""
     with pytest.raises(ModelError, match="common quadratic.*has no objective"):
         objective_below(common_lyapunov_condition([[-1.0]]), 1.0)
 
@@ -170,14 +169,12 @@ def test_regions_that_eigenvalues_touch(region: EigenvalueRegion, wider: Eigenva
 
 
 def test_an_observer_for_an_output_that_shows_too_little() -> None:
-    """Two rules that see the state with opposite signs."""
     design = observer(TSModel(np.ones((2, 1, 1)), C=[[[1.0]], [[-1.0]]]))
 
     assert rigorous_no(design) is not None
 
 
 def test_no_proof_is_made_of_a_yes() -> None:
-    """Nor of an answer without a condition."""
     yes = common_lyapunov([[-1.0]])
 
     assert rigorous_no(yes) is None
@@ -186,7 +183,6 @@ def test_no_proof_is_made_of_a_yes() -> None:
 
 
 def test_multipliers_that_are_not_numbers_do_no_harm() -> None:
-    """They are only where the search begins."""
     condition = common_lyapunov_condition([[1.0]])
     nonsense = {"vertex": np.full((1, 1, 1), np.nan)}
 

@@ -84,7 +84,6 @@ def outcome_at(objective: float, least: float) -> Outcome:
 @pytest.mark.parametrize("slack", [1e-6, 1e-2, 0.3])
 @pytest.mark.parametrize("least", [1.0, 0.0197, -5.0, 3e27])
 def test_the_gap_is_measured_against_the_bound(slack: float, least: float) -> None:
-    """Settled a hair inside the tolerance, or a thousandth; not a hair outside it."""
     tolerance = max(slack, LARGEST_GAP)
     inside = outcome_at(least + 0.999 * tolerance * abs(least), least)
     outside = outcome_at(least + 1.001 * tolerance * abs(least), least)
@@ -117,7 +116,6 @@ def test_what_cannot_be_told_from_zero_is_zero() -> None:
 
 @pytest.mark.parametrize("unit", [1e-9, 1e-4, 1.0, 1e6])
 def test_a_candidate_is_the_least_in_any_unit_of_the_cost(unit: float) -> None:
-    """Within a thousandth of Lyapunov's P; where the solver stops too early, it says so."""
     outcome = stages.optimise(least_trace(unit=unit))
 
     if outcome.status == "candidate":
@@ -151,7 +149,6 @@ G = Unknown("g", 1, 1)
     ],
 )
 def test_an_objective_without_a_least_value_is_unbounded(condition: Condition) -> None:
-    """A status and a reason of its own, no arbitrary number, and unknowns to start from."""
     outcome = stages.optimise(condition)
 
     assert outcome.status == "unbounded" and "falls without end" in outcome.reason
@@ -170,7 +167,6 @@ def test_an_objective_that_equalities_fix_is_settled() -> None:
 
 @pytest.mark.parametrize("factor", [1.01, 2.0, 1e27])
 def test_far_above_its_bound_it_is_unknown(monkeypatch: pytest.MonkeyPatch, factor: float) -> None:
-    """Solvers that stop at a multiple: both numbers are said, and the unknowns can be had."""
     condition = least_trace()
     monkeypatch.setattr(stages, "attempts", off_by(factor))
     outcome = stages.optimise(condition)
@@ -266,5 +262,4 @@ def test_a_norm_that_p_shows_all_the_same(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def broken(program: ConeProgram) -> Raw:
-    """Return a solver's failure."""
     return Raw("broken", "NumericalError", np.zeros(0), np.zeros(0), 0, 0.0)

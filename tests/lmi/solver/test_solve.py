@@ -22,13 +22,10 @@ from takagi.lmi.solver.solve import Session, attempts
 
 
 def stable() -> Condition:
-    """Return the condition of one stable matrix."""
     return common_lyapunov_condition(np.array([[-1.0, 2.0], [-3.0, -4.0]]))
 
 
 def test_a_lying_solver_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    """ "Solved" with numbers that break the LMI is not accepted; the next try is."""
-
     def lying(program: ConeProgram, session: Session | None = None) -> Iterator[Raw]:
         honest = next(attempts(program, session))
         yield replace(honest, solver="liar", y=-honest.y, z=0 * honest.z)
@@ -43,8 +40,6 @@ def test_a_lying_solver_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_solvers_that_return_nothing_leave_it_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No numbers, whatever the status: unknown, never infeasible."""
-
     def silent(program: ConeProgram, session: Session | None = None) -> Iterator[Raw]:
         for status in ("PrimalInfeasible", "Solved"):
             yield Raw("silent", status, np.zeros(0), np.zeros(0), 0, 0.0)
@@ -57,7 +52,6 @@ def test_solvers_that_return_nothing_leave_it_unknown(monkeypatch: pytest.Monkey
 
 
 def test_an_updated_solver_agrees_with_a_fresh_one() -> None:
-    """The same session at another decay rate gives the margin of a fresh solve."""
     session = Session()
     for rate in (0.0, 1.0, 2.0):
         condition = stable().with_parameters(alpha=rate)
@@ -75,7 +69,6 @@ def test_the_bound_is_above_the_margin() -> None:
 
 
 def test_every_public_name_is_what_it_says() -> None:
-    """Names resolve, and no module hides a function of the same name."""
     import types
 
     import takagi.lmi as floor
@@ -92,8 +85,6 @@ class PanicException(BaseException):
 
 
 class Broken:
-    """A solver that breaks down."""
-
     def __init__(self, error: BaseException) -> None:
         self.error = error
 
@@ -109,7 +100,6 @@ def break_first(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
 
 @pytest.mark.parametrize("kept", [False, True])
 def test_the_next_solver_is_asked(monkeypatch: pytest.MonkeyPatch, kept: bool) -> None:
-    """The answer is the same, and the tries say what happened."""
     break_first(monkeypatch, PanicException("Eigval error"))
     session = Session() if kept else None
     found = solve_with(session)

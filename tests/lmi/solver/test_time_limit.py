@@ -69,7 +69,6 @@ ASKED: dict[str, Callable[..., Any]] = {
 
 @pytest.mark.parametrize("name", ASKED)
 def test_without_time_nothing_is_known(name: str) -> None:
-    """A nanosecond is over before the first call: "unknown", not "infeasible", not an error."""
     with time_limit(1e-9) as budget:
         assert ASKED[name]().status == "unknown"
     assert budget.stopped
@@ -77,7 +76,6 @@ def test_without_time_nothing_is_known(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["hinf_pdc", "optimise", "pdc", "hinf_norm"])
 def test_with_time_enough_the_answer_is_the_same(name: str) -> None:
-    """A limit that is not reached changes no status."""
     with time_limit(1e4) as budget:
         bounded = ASKED[name]()
     assert bounded.status == ASKED[name]().status == "candidate"

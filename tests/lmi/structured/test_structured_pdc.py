@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov, solve_discrete_lyapunov
 from scipy.optimize import minimize_scalar
 
@@ -16,8 +15,6 @@ from tests.lmi.compleib import SYSTEMS, ac15
 from tests.lmi.fixed_order.plants import best_of_hifoo
 from tests.lmi.fixed_order.plants import plant as plant_of_the_list
 from tests.lmi.norms import hamiltonian_norm
-
-Floats = NDArray[np.float64]
 
 
 def spring(step: float | None = None) -> TSModel:
@@ -80,7 +77,6 @@ def test_without_structure_nothing_is_lost() -> None:
 
 @pytest.mark.slow
 def test_rules_share_a_gain_and_all_pairs_decay(reduced: bool) -> None:
-    """Zeros and equal gains are exact; P shows the rate for every pair, by numpy."""
     if reduced:
         pytest.skip("reduced: half a minute")
     model = two_rules()

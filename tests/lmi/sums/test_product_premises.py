@@ -51,7 +51,6 @@ def values(rules: ProductRules, known: dict[str, Floats]) -> Floats:
 @settings(max_examples=12)
 @given(st.integers(0, 10_000))
 def test_sampled_values_stay_below_every_bound(seed: int) -> None:
-    """Rules over three premises, one a factor twice: higher degrees bound closer, pairs worst."""
     rules = ProductRules(combinations_of(2, 2, 2), ("v", "v", "beta"))
     theta = random_theta(seed, rules.rules, 1)
     known = weights(seed, rules)
@@ -74,7 +73,6 @@ def model_of_two_premises(seed: int, spread: float) -> TSModel:
 
 
 def test_products_find_gains_where_pairs_do_not() -> None:
-    """The gains decay at all product memberships; Liu and Zhang's pairs find none."""
     model = model_of_two_premises(SEED, 0.7)
     z = np.random.default_rng(0).uniform([[0.0], [-1.0]], [[1.0], [1.0]], (2, 4000))
     h = model.memberships(z).T
@@ -104,7 +102,6 @@ def test_corners_that_are_no_combinations(
 
 
 def test_rules_of_a_model() -> None:
-    """A model's premises name the columns; a model without any is refused."""
     model = model_of_two_premises(0, 0.1)
     rules = product_rules(model)
 
@@ -115,7 +112,6 @@ def test_rules_of_a_model() -> None:
 
 
 def test_double_sums_that_do_not_fit() -> None:
-    """Corners for another number of rules, one premise with two numbers of corners, members."""
     with pytest.raises(ModelError, match="corners: 4 rules, but there are 3"):
         DoubleSum(rules=3, blocks=(1,), parts=(), corners=combinations_of(2, 2))
     corners = ProductRules(combinations_of(2, 3), ("v", "v"))

@@ -44,7 +44,6 @@ NEAR = 2e-3
 @pytest.mark.slow
 @given(st.integers(0, 10_000), st.integers(2, 4), st.integers(1, 3))
 def test_no_relaxation_promises_too_much(seed: int, rules: int, size: int) -> None:
-    """Thousands of memberships stay below every bound; a richer relaxation's is not larger."""
     theta = random_theta(seed, rules, size)
     reached = largest(theta, memberships(seed, rules))
     found = {name: bound(theta, name) for name in (*SQUARE, "polya-1", "polya-3")}
@@ -150,7 +149,6 @@ def test_degrees_of_products_close_the_gap() -> None:
 
 
 def test_one_premise_is_one_simplex() -> None:
-    """Over a single premise products of corner weights are products of memberships."""
     theta = random_theta(5, 3, 2)
     corners = np.arange(3)[:, None]
 
@@ -195,7 +193,6 @@ class Exact:
 
 
 def test_one_gain_takes_pairs_where_the_rest_changes_with_both_rules() -> None:
-    """A Theta_ij that changes with j is not left to its diagonal, whatever the gain does."""
     theta = np.array([[-1.0, 3.0], [3.0, -1.0]])[:, :, None, None]
 
     assert bound(theta, "common-gain") == pytest.approx(3.0, abs=NEAR)
@@ -205,7 +202,6 @@ def test_one_gain_takes_pairs_where_the_rest_changes_with_both_rules() -> None:
 
 
 def test_names_that_make_no_sense() -> None:
-    """A misspelt relaxation, a degree that is none, memberships that are no products."""
     loop, _ = known_sum(np.zeros((3, 3, 1, 1)))
 
     for name in ("polya", "polya--1", "product-x", "tanaka"):
@@ -219,7 +215,6 @@ def test_names_that_make_no_sense() -> None:
     "name", [*RELAXATIONS, "polya-0", "polya-3", "product-0", "product-1", "product-3"]
 )
 def test_sizes_are_known_before_anything_is_built(name: str) -> None:
-    """The closed form counts what is posed: LMIs, widths, slack variables."""
     corners = combinations_of(2, 3)
     loop, _ = known_sum(random_theta(0, 6, 2), corners=corners)
     slack, lmis = relaxation_named(name)(loop)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.lmi import h2_pdc, hinf_pdc, lqr_pdc, observer, pdc
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import blended_rates, pendulum, tanaka_wang_rules
 
-Floats = NDArray[np.float64]
 ALL = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang")
 
 
@@ -62,7 +60,6 @@ def test_gains_keep_their_bound_in_the_models_units() -> None:
 
 
 def test_units_of_states_and_inputs_do_not_matter() -> None:
-    """The same plant in mrad and kN has the same gains in those units."""
     plain = pdc(pendulum(), decay_rate=1.0)
     S, T = np.array([2.0**10, 2.0**-3]), 2.0**12
     other = TSModel(pendulum().A * S / S[:, None], pendulum().B * T / S[:, None])

@@ -48,7 +48,6 @@ def test_one_vertex_is_lqr(x: tuple[float, ...], u: tuple[float, ...]) -> None:
 
 
 def test_one_gain_serves_all_vertices_at_a_price() -> None:
-    """The shared gain stabilises each vertex; no vertex costs less than its own optimum."""
     A, B = vertices()
     x, u = np.array([0.04, 0.5]), np.array([0.02])
     K = guaranteed_cost_gain(A, B, state_ranges=x, input_ranges=u)

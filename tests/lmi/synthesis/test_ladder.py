@@ -108,7 +108,6 @@ def test_a_no_that_is_open_names_what_was_tried() -> None:
 @settings(max_examples=12)
 @given(st.integers(0, 10_000), st.booleans())
 def test_auto_is_never_worse_than_a_rung(seed: int, premises: bool) -> None:
-    """Where any relaxation has gains, auto has; a no at the blends is a no of each."""
     model = random_model(seed, premises=premises)
     names = (*NAMES, "product", "product-1") if premises else NAMES
     found = [pdc(model, relaxation=name).found for name in names]
@@ -146,7 +145,6 @@ def test_the_bound_is_met_where_one_rule_decides() -> None:
 
 @pytest.mark.parametrize("step", [None, 0.1])
 def test_sizes_are_those_of_the_posed_condition(step: float | None) -> None:
-    """LMIs, width and variables of all relaxations, with a region too, where none has gains."""
     model = TSModel(
         [np.diag([1.2, 1.5])] * 4,
         [[[b], [b]] for b in (-1.0, 1.0, -2.0, 2.0)],
@@ -187,12 +185,10 @@ def test_a_rung_too_large_is_left_out_before_it_is_posed() -> None:
     ],
 )
 def test_misuse_is_refused(options: dict[str, object], said: str) -> None:
-    """The message says what was given."""
     with pytest.raises(ModelError, match=said):
         pdc(pendulum(), **options)  # type: ignore[arg-type]
 
 
 def test_auto_where_nothing_is_tried_but_one_after_another_is_refused() -> None:
-    """The message names what has it, and how to come by a name."""
     with pytest.raises(ModelError, match='"auto".*pdc and observer'):
         lqr_pdc(pendulum(), np.eye(2), np.eye(1), relaxation="auto")

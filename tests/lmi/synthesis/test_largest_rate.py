@@ -41,7 +41,6 @@ def test_an_input_limit_bounds_the_gain_where_the_box_begins() -> None:
 
 @pytest.mark.parametrize("relaxation", ["common-gain", "wang-tanaka-griffin", "liu-zhang"])
 def test_the_largest_rate_has_gains_below_and_none_above(relaxation: str) -> None:
-    """A rate a thousandth lower is found by itself, one a thousandth higher is not."""
     found = pdc(pendulum(), decay_rate="max", gain_bound=300.0, relaxation=relaxation)
     alpha = found.decay_rate
 
@@ -87,7 +86,6 @@ def test_gains_too_small_to_stabilise_are_a_no() -> None:
 def test_the_rate_shown_is_where_an_inequality_becomes_singular(
     step: float | None, relaxation: str
 ) -> None:
-    """At the rate that the unknowns show one eigenvalue is zero; all are positive just below."""
     design = pdc(random_model(1, step), relaxation=relaxation)
     answer = design.answer
     assert answer.condition is not None and answer.decay_rate is not None

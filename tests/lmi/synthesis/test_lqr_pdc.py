@@ -148,7 +148,6 @@ def test_rules_that_can_hardly_be_stabilised() -> None:
     [(np.array([1.0, 1e4]), None), (np.array([3e-5, 0.1]), None), (np.array([1.0, 1e4]), 0.05)],
 )
 def test_units_of_states_inputs_time_and_cost_do_not_matter(s: Floats, step: Any) -> None:
-    """In other units the gains are the same law and the cost the same number of cost units."""
     model, tau, unit = two_rules(step), 1e3, 1e-4
     rate = 50.0 if step is None else 1.0
     Q, R = np.diag([1.0, 4.0]), np.array([[0.25]])
@@ -196,7 +195,6 @@ def test_deviations_weigh_the_initial_states() -> None:
     ],
 )
 def test_weights_that_make_no_sense(change: dict[str, Any], message: str) -> None:
-    """Each is refused where it is given, by the builder too."""
     given_ = {"Q": np.eye(2), "R": [[1.0]], **change}
     with pytest.raises(ModelError, match=message):
         lqr_pdc(two_rules(), **given_)
@@ -225,7 +223,6 @@ def spent(model: TSModel, K: Floats, P: Floats, z: Floats) -> float:
 
 
 def test_a_cost_by_products_of_premises(model: TSModel) -> None:
-    """The rules' products are known to the cost's LMIs, and the bound holds on the whole box."""
     product = lqr_pdc(model, np.eye(2), np.eye(1), relaxation="product")
     pairs = lqr_pdc(model, np.eye(2), np.eye(1), relaxation="wang-tanaka-griffin")
     assert product.cost is not None and pairs.cost is not None

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.lmi import max_decay_rate, observer, observer_condition
 from takagi.lmi.condition.evaluate import smallest_eigenvalues
 from takagi.models import TSModel
-
-Floats = NDArray[np.float64]
 
 
 def error_system(step: float | None) -> TSModel:
@@ -24,7 +21,6 @@ def error_system(step: float | None) -> TSModel:
 
 @pytest.mark.parametrize(("step", "alpha"), [(None, 0.3), (0.1, 0.7)])
 def test_every_blend_of_the_error_decays(step: float | None, alpha: float) -> None:
-    """A(h) - L(h) C decays at the rate asked for, with the P that is handed out."""
     model = error_system(step)
     design = observer(model, decay_rate=alpha)
     L, P = design.require()

@@ -29,7 +29,6 @@ BOX = np.array([0.0027, 0.0014, 2e-5])
 
 
 def reach(P: Floats, box: Floats) -> float:
-    """Return the largest x' P x over the corners of a box."""
     corners = np.array(list(product((1.0, -1.0), repeat=len(box)))) * box
     return float(np.einsum("ti,ij,tj->t", corners, P, corners).max())
 
@@ -52,7 +51,6 @@ def hard() -> TSModel:
     "box", [(0.2, 0.5, 0.01), (0.02, 0.05, 0.01), (1e-3, 2e-5, 2e-8), (1e-6, 0.5, 0.01)]
 )
 def test_a_smaller_box_never_loses_gains(box: tuple[float, float, float]) -> None:
-    """Gains for a box are gains for every smaller one, however thin it is."""
     half, plant = np.array(box), torque_pendulum()
     # The input is a state whose rate is the input.
     A = np.block([[plant.A, plant.B], [np.zeros((2, 1, 3))]])
@@ -156,7 +154,6 @@ def test_a_slow_plant_may_be_asked_to_be_fast(slow: float, state: float, moved: 
 
 @pytest.mark.parametrize("state", [1e-8, 1.0, 1e8])
 def test_inputs_are_independent_in_all_units(state: float) -> None:
-    """Two inputs that each move a state of their own, besides another."""
     s = np.array([1.0, state])
     B = np.array([[1.0, 1.0], [0.0, 1.0]]) * s[:, None]
     A = np.array([[0.0, 1.0], [-1.0, 1.0]]) * s[:, None] / s
@@ -165,8 +162,6 @@ def test_inputs_are_independent_in_all_units(state: float) -> None:
 
 
 def test_a_rate_that_no_solver_settled_is_not_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Beyond the start every solver gives up: the largest rate is then not bounded."""
-
     def gives_up(*args: object, **options: object) -> object:
         outcome = decide(*args, **options)  # type: ignore[arg-type]
         return replace(outcome, status="unknown")
@@ -189,8 +184,6 @@ def test_a_rate_that_no_solver_settled_is_not_a_bound(monkeypatch: pytest.Monkey
 
 
 def test_what_the_first_solver_leaves_open_is_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A solver that gives up everywhere costs time, not rate: others settle it."""
-
     def gives_up(*args: object, **options: object) -> object:
         outcome = decide(*args, **options)  # type: ignore[arg-type]
         return replace(outcome, status="unknown")

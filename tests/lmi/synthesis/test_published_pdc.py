@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.lmi import common_lyapunov, max_decay_rate, pdc, rigorous_no
 from tests.lmi.known_models import (
@@ -14,8 +13,6 @@ from tests.lmi.known_models import (
     tanaka_wang_rules,
     three_rules,
 )
-
-Floats = NDArray[np.float64]
 
 
 @pytest.mark.parametrize(("a", "b"), [(-3.0, 1.0), (2.5, 25.0), (10.0, 2000.0)])
@@ -62,7 +59,6 @@ def test_cart_pole_gains_have_a_common_function_and_this_decay_rate() -> None:
 
 
 def test_cart_pole_designed_with_gains_no_larger_decays_no_slower() -> None:
-    """Gains are bounded by those published; the largest rate under that bound exceeds theirs."""
     model = cart_pole()
     bound = float(np.linalg.norm(placed(model), 2, axis=(1, 2)).max())
     design = pdc(model, decay_rate="max", gain_bound=bound)

@@ -10,8 +10,6 @@ from takagi.lmi import Design, EigenvalueRegion, ZeroGainsWarning, pdc
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import pendulum
 
-Floats = NDArray[np.float64]
-
 
 def frozen_eigenvalues(model: TSModel, design: Design) -> NDArray[np.complex128]:
     """Return the eigenvalues of A(h) - B(h) K(h) at 201 blends of two rules."""
@@ -82,7 +80,6 @@ def test_a_half_plane_is_a_decay_rate() -> None:
 
 @pytest.mark.parametrize(("options", "said"), [({"region": 3.0}, "an EigenvalueRegion is needed")])
 def test_misuse_is_refused(options: dict[str, object], said: str) -> None:
-    """The message says what was given."""
     with pytest.raises(ModelError, match=said):
         pdc(pendulum(), **options)  # type: ignore[arg-type]
 

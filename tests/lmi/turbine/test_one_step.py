@@ -136,7 +136,6 @@ def test_the_set_is_invariant_at_the_emitted_gains(
 
 
 def test_gains_are_emitted_in_short_decimals(design: OneStepDesign) -> None:
-    """gamma with five decimals, nu with six, as those of the two-step design."""
     gains = design.gains
     assert np.array_equal(np.round(gains.proportional, 5), gains.proportional)
     assert np.array_equal(np.round(gains.integral_rate, 6), gains.integral_rate)
@@ -144,7 +143,6 @@ def test_gains_are_emitted_in_short_decimals(design: OneStepDesign) -> None:
 
 @pytest.mark.slow
 def test_decay_is_an_objective_of_its_own(near_rated: LoopOfGains) -> None:
-    """Weight on decay buys decay, and the wind class stays at or above the start's."""
     aim = Objective(wind_class=0.0, decay=1.0)
     found = one_step_gains(near_rated, objective=aim, steps=2)
     assert found.after.decay_rate > 1.1 * found.before.decay_rate
@@ -155,7 +153,6 @@ def test_decay_is_an_objective_of_its_own(near_rated: LoopOfGains) -> None:
 def test_no_step_at_all_is_the_analysis_of_the_given_gains(
     near_rated: LoopOfGains, given: OneStepDesign, design: OneStepDesign
 ) -> None:
-    """Zero steps and the start of a design agree, and a slower integral decays more slowly."""
     reached = given.before
     # The rounded gains are analysed once more, by a search that ends within 3e-3.
     assert given.after.wind_error == pytest.approx(reached.wind_error, rel=3e-3)
@@ -202,7 +199,6 @@ def test_gains_at_an_actuators_limit_may_not_be_raised(turbine: Turbine) -> None
     ids=str,
 )
 def test_objectives_out_of_range_are_misuse(change: dict[str, Any]) -> None:
-    """The message names what was given."""
     with pytest.raises(ModelError, match=next(iter(change))):
         Objective(**change)
 

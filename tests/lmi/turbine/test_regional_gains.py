@@ -32,7 +32,6 @@ def design() -> RegionalGains:
 
 
 def parts() -> tuple[RegionGains, RegionGains]:
-    """Partial load, full load."""
     return design().partial, design().full
 
 
@@ -164,7 +163,6 @@ def _table(model: TSModel, wind: float) -> tuple[float, float]:
 
 
 def test_least_demand_agrees_with_cvxpy() -> None:
-    """A second formulation, written out in cvxpy, finds the same least pitch reference."""
     cp: Any = import_module("cvxpy")
     part = design().full
     (_, ours) = part.bounds["pitch reference above the smallest pitch"]
@@ -193,7 +191,6 @@ def test_least_demand_agrees_with_cvxpy() -> None:
 
 
 def test_infeasible_names_region_winds_and_cures() -> None:
-    """A rate that cannot be had: the answer says where, what binds, and a cure that works."""
     _, full = regional_models()
     asked = Requirement(decay_rate=0.15, speed_error=0.02, pitch_error=0.005)
     answer = region_gains(TURBINE, full, asked)
@@ -210,7 +207,6 @@ def test_infeasible_names_region_winds_and_cures() -> None:
 
 
 def test_misuse_is_explained() -> None:
-    """A set outside the model's box and a rate of zero are misuse, not an infeasible design."""
     partial, _ = regional_models()
     with pytest.raises(ModelError, match="the model is exact up to"):
         region_gains(TURBINE, partial, Requirement(decay_rate=0.1, speed_error=0.2))

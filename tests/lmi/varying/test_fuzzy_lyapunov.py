@@ -67,7 +67,6 @@ def test_the_decay_rate_of_constant_blends_is_reached() -> None:
 
 
 def test_units_do_not_matter() -> None:
-    """States in other units: the same margin and rate, and P in those units."""
     A, s = oscillators(20.0), np.array([1.0, 2.0**20])
     plain, scaled = (fuzzy_lyapunov(M, rate_bounds=0) for M in (A, A * s / s[:, None]))
     assert plain.lyapunov_function is not None and scaled.lyapunov_function is not None
@@ -250,13 +249,11 @@ def test_a_no_says_what_binds_and_what_to_do() -> None:
     ],
 )
 def test_misuse_is_said(options: Mapping[str, Any], said: str) -> None:
-    """What was given, and what is needed."""
     with pytest.raises(ModelError, match=said):
         fuzzy_lyapunov(oscillators(1.0), **{"rate_bounds": 1.0, **options})
 
 
 def test_bounds_of_premises_are_checked_by_name() -> None:
-    """One missing, one unknown with the name that was meant, some without a bound."""
     with pytest.raises(ModelError, match="none is given for q"):
         fuzzy_lyapunov(oscillator(), rate_bounds={"p": 1.0})
     with pytest.raises(ModelError, match="there is no premise 'Q'; there are p, q"):
@@ -330,7 +327,6 @@ def test_any_step_agrees_with_daafouz_and_bernussou() -> None:
 
 
 def test_three_discrete_rules_with_bounded_steps() -> None:
-    """Steps of a third at most; V falls by what was asked along all of them, and T counts."""
     A = np.array([[[0.1, 0.9], [0.0, 0.1]], [[0.5, 0.0], [0.9, 0.5]], [[0.3, 0.3], [-0.6, 0.2]]])
     answer = fuzzy_lyapunov(
         A, rate_bounds=3.0, sample_time=0.1, relaxation="polya-0", decay_rate=0.2

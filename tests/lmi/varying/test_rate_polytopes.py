@@ -36,7 +36,6 @@ def test_velocities_reach_as_far_as_the_bounds_let_them(bound: list[float]) -> N
 
 @pytest.mark.parametrize("bound", [[0.3, 0.3], [0.3, 5], [0.3, 0.3, 0.3], [0.1, 0.5, 2], [0.3] * 4])
 def test_steps_reach_as_far_as_the_bounds_let_them(bound: list[float]) -> None:
-    """The same for (h, h+): both on the simplex, no farther apart than the bounds."""
     phi = np.array(bound)
     n = len(phi)
     corners = np.concatenate(step_corners(phi)).T
@@ -54,7 +53,6 @@ def test_steps_reach_as_far_as_the_bounds_let_them(bound: list[float]) -> None:
 
 
 def test_constant_memberships_have_one_velocity_and_step_to_themselves() -> None:
-    """A bound of zero."""
     assert velocity_corners(np.zeros(4)).tolist() == [[0.0] * 4]
     now, then = step_corners(np.zeros(3))
     np.testing.assert_array_equal(now, np.eye(3))

@@ -87,7 +87,6 @@ def test_the_model_equals_the_two_actuators(
 def test_the_running_plant_is_the_one_by_hand(
     x: float, effort: float, low: float, high: float
 ) -> None:
-    """Another way to the same rate, which knows nothing of shares."""
     plant, _ = made(ROOM)
     blending = blending_of(plant)
     assert blending is not None
@@ -191,7 +190,6 @@ FIELDS: dict[str, Callable[[Floats, Floats], list[float]]] = {
 @settings(max_examples=15)
 @given(shares=st.lists(st.floats(0, 1), min_size=6, max_size=6))
 def test_model_and_running_plant_equal_the_equations(name: str, shares: list[float]) -> None:
-    """Anywhere in the box, actuators as wrong as they may be; weights are convex."""
     plant, model = library_plants.plant_of(name), library_plants.library_model(name)
     blending = blending_of(plant)
     assert blending is not None

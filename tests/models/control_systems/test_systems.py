@@ -93,7 +93,6 @@ def test_a_plant_in_discrete_time() -> None:
 
 @pytest.mark.parametrize("name", ["duffing", "tora", "cart_pole", "truck_trailer", "quarter_car"])
 def test_the_linearisation_is_the_slope_of_the_equations(name: str) -> None:
-    """Against central differences of our own right side, away from rest."""
     plant = load_plant(name)
     rate, states = plant_rate(plant), [one.name for one in plant.states]
     x = np.array([float(one.rest) for one in plant.states]) + 0.1
@@ -125,7 +124,6 @@ def test_a_turbine_s_law_keeps_its_states() -> None:
 
 
 def test_a_sampled_law_is_a_system_in_discrete_time() -> None:
-    """Fifty samples of a walk, by python-control and by the program itself."""
     law = SampledLaw(BaselineLaw(load_turbine("nrel5mw")), 0.02, 0.0, 15000.0, 0.14)
     system, rng = law_system(law), np.random.default_rng(4)
     seen = np.array([[1.25 + 0.05 * k, 0.2, 15.0] for k in rng.uniform(-1, 1, 50)])
@@ -142,7 +140,6 @@ def test_a_sampled_law_is_a_system_in_discrete_time() -> None:
 
 
 def test_a_turbine_and_its_law_move_as_in_our_simulation() -> None:
-    """The baseline at a wind that steps: against solve_ivp of the same plant and law."""
     turbine = load_turbine("nrel5mw")
     plant, law = validation_plant(turbine), BaselineLaw(turbine)
     start, point = plant.initial_state(15.0)
@@ -179,7 +176,6 @@ def test_a_turbine_and_its_law_move_as_in_our_simulation() -> None:
 
 @pytest.mark.parametrize("wind", [8.0, 11.4, 18.0])
 def test_a_turbine_s_slopes_are_those_of_its_tables(wind: float) -> None:
-    """dT_r over speed, pitch and wind: the exact derivatives of the spline, over the inertia."""
     turbine = load_turbine("nrel5mw")
     linear = statespace(turbine, at={"wind": wind})
     point = trim(turbine, wind)

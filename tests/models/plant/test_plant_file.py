@@ -372,7 +372,6 @@ def test_values_of_the_inner_table_that_leave_the_outer_one_are_refused() -> Non
 
 
 def test_the_inner_argument_is_refused_first() -> None:
-    """Where inner itself is left, the message is about inner and not about the range of wide."""
     with pytest.raises(ModelError, match=r"argument 1 of inner\(2\*x\), 2\*x, takes values"):
         check_coverage(plant(WIDE(INNER(2 * X))))
 

@@ -149,7 +149,6 @@ def test_discrete_time_cuts_and_disturbs_too() -> None:
     ],
 )
 def test_a_run_that_ends_early_says_how(rate: object, start: float, ended: str) -> None:
-    """Too far; a division by zero; a logarithm of a negative number."""
     loop = replace(integrator(), rate=rate, far_limits=np.array([20.0]))  # type: ignore[arg-type]
     found = run(loop, np.array([start]), 10.0)
 
@@ -159,7 +158,6 @@ def test_a_run_that_ends_early_says_how(rate: object, start: float, ended: str) 
 
 
 def test_too_many_samples_are_refused_before_the_run() -> None:
-    """A microsecond for ten seconds: it would take an hour."""
     loop = integrator(program=lambda: Proportional(1.0), step=1e-6)
 
     with pytest.raises(ModelError, match="10000000 samples and jumps"):

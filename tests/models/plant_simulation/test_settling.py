@@ -129,7 +129,6 @@ def test_weights_of_what_is_measured_are_not_those_at_the_estimate(tmp_path: Pat
 
 
 def test_a_motion_that_does_not_settle_takes_for_ever() -> None:
-    """Without a command the pendulum falls; from rest it has settled."""
     motions = motions_of("cart_pole")
     idle = np.zeros((16, 1, 2))
     times = motions.settling_times(idle, np.array([[0.1, 0.0], [0.0, 0.0]]), np.ones(2), 5.0)

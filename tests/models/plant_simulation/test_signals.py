@@ -84,7 +84,6 @@ def test_a_frequency_is_an_angular_one() -> None:
     ],
 )
 def test_what_is_refused_says_where_why_and_what_to_write(text: str, words: str) -> None:
-    """Place, reason, and an example of the kind."""
     with pytest.raises(ModelError) as caught:
         parse_signal(text, FORCE, place="option --disturbance load:")
 
@@ -103,7 +102,6 @@ def test_values_on_both_sides_of_a_jump() -> None:
 
 
 def test_a_ramp_and_a_sine_are_what_they_say() -> None:
-    """At quarter points of each."""
     ramp, sine = Ramp(4.0, 1.0, 3.0), Sine(2.0, 4.0, 1.0)
 
     assert [value(ramp, t) for t in (0.5, 1.5, 2.0, 5.0)] == pytest.approx([0.0, 1.0, 2.0, 4.0])
@@ -112,7 +110,6 @@ def test_a_ramp_and_a_sine_are_what_they_say() -> None:
 
 
 def test_noise_is_held_seeded_and_has_its_deviation() -> None:
-    """One value a hold; the same seed gives the same values, also in a longer run."""
     noise = Noise(0.5, 0.01, (3, 1))
     short = [value(noise, 0.01 * k + 0.005, 5.0) for k in range(400)]
     longer = [value(noise, 0.01 * k + 0.005, 50.0) for k in range(400)]
@@ -126,7 +123,6 @@ def test_noise_is_held_seeded_and_has_its_deviation() -> None:
 
 
 def test_signals_on_one_place_are_added() -> None:
-    """A step and a sine on the first of two."""
     both = Signals(2, ((0, Step(1.0, 0.0)), (0, Sine(2.0, 4.0)), (1, Step(-1.0, 5.0))))
 
     assert both.on(0.0, 5.0)(1.0) == pytest.approx([3.0, 0.0])

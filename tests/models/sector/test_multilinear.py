@@ -27,7 +27,6 @@ corner = st.one_of(st.tuples(numbers), st.tuples(numbers, numbers))
 def test_every_corner_is_the_rational_rounded_once(
     polynomial: dict[tuple[int, ...], Fraction], corners: list[tuple[Fraction, ...]]
 ) -> None:
-    """Against the sum written out in rationals, bit for bit."""
     axes, values = corner_values(polynomial, corners)
 
     for rule in product(*(range(len(c)) for c in corners)):
@@ -86,7 +85,6 @@ def test_a_thousand_rules_are_kept_by_entry_until_they_are_asked_for() -> None:
     ],
 )
 def test_misuse_names_the_entry(build: object, message: str) -> None:
-    """Each mistake raises ModelError."""
     with pytest.raises(ModelError, match=message):
         build()  # type: ignore[operator]
 

@@ -225,7 +225,6 @@ def test_affine_combinations_cost_no_premise() -> None:
 
 
 def test_a_constant_premise_costs_no_rule() -> None:
-    """A range of one point makes r a number."""
     states = (variable(Q), variable(P), variable(R, 2, 2, 2))
     model = sector_model(plant(P * Q, -P + Q, 0, states=states, inputs=()))
 
@@ -233,7 +232,6 @@ def test_a_constant_premise_costs_no_rule() -> None:
 
 
 def test_rest_is_the_origin_and_outputs_are_deviations() -> None:
-    """At rest all deviations vanish; names say which variables are deviations."""
     _, model = model_of("off zero")
 
     assert model.states == ("delta_q [-]", "p [-]")
@@ -308,7 +306,6 @@ def with_mass(entry: sp.Expr) -> Plant:
     ],
 )
 def test_misuse_names_place_and_cure(build: object, message: str) -> None:
-    """Each mistake raises ModelError that says where it is."""
     with pytest.raises(ModelError, match=message):
         build()  # type: ignore[operator]
 
@@ -340,7 +337,6 @@ def test_disturbances_go_to_their_own_column_or_are_premises() -> None:
 
 
 def test_the_derivation_tells_weights_rules_and_vertices() -> None:
-    """Four rules: a table of four lines and four vertices, in the model's own order."""
     _, model = model_of("pendulum")
     assert model.derivation is not None
     steps = {step.title: step.latex for step in model.derivation.steps}
@@ -382,7 +378,6 @@ def test_units_as_far_as_the_expression_tells(expression: sp.Expr, unit: str) ->
 
 
 def test_a_table_tells_its_unit() -> None:
-    """The slope of a force over a length is N/m."""
     spring = table_function(
         "spring",
         interpolate_curve([0, 1, 2, 3, 4], [0, 1, 3, 4, 9]),

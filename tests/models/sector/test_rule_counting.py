@@ -23,7 +23,6 @@ from takagi.models import (
 )
 
 STATES = sp.symbols("x1:13", real=True)
-HALVES = [sp.Rational(k + 1, 10) for k in range(12)]
 
 
 def chain() -> Plant:
@@ -85,7 +84,6 @@ def test_many_rules_are_counted_and_refused_before_a_vertex_is_made() -> None:
 
 
 def test_constant_premises_are_told_apart() -> None:
-    """A variable whose range is one point makes a constant premise: no rule."""
     x, y = STATES[:2]
     point = Plant(
         states=(Variable(x, "-", Interval.of(-1, 1)), Variable(y, "-", Interval.of(0, 0))),

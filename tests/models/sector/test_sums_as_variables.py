@@ -62,7 +62,6 @@ def test_a_variable_that_divides_by_itself_keeps_its_singularity(text: str) -> N
 
 
 def test_a_difference_and_its_negative_are_one_premise() -> None:
-    """A reaction that uses up x and heats y: exp stands in both rows, with opposite signs."""
     rate = sp.exp(Y / (1 + Y)) * (1 + X) - 1
     states = tuple(Variable(s, range=Interval.of("-0.2", "0.2")) for s in (X, Y))
     model = sector_model(
@@ -134,7 +133,6 @@ def trailer() -> Plant:
 
 
 def test_the_truck_and_trailer_has_two_rules_in_the_papers_states() -> None:
-    """One premise sin(s)/s of a sum; the model is the plant also where the sum vanishes."""
     model = sector_model(trailer())
     assert len(model.rules) == 2
     assert model.premises[0].name == "turn"

@@ -43,7 +43,6 @@ def run(command: Sequence[str], folder: Path) -> str:
 def written(
     program: ControllerProgram, folder: Path, settings: ExportSettings | None = None
 ) -> str:
-    """Write what the target writes; return the word of its files."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in export(program, settings or ExportSettings()).files.items():
         assert isinstance(text, str)

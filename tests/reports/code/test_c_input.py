@@ -48,7 +48,6 @@ def compiled(program: ControllerProgram, tmp_path_factory: pytest.TempPathFactor
 
 @pytest.fixture
 def law(compiled: Compiled) -> Compiled:
-    """The law with a state that was never touched."""
     compiled.zeroed()
     compiled.status = 0
     return compiled
@@ -75,7 +74,6 @@ def test_the_last_good_input_stands_in(law: Compiled, bad: float) -> None:
 def test_a_bad_first_sample_starts_from_rest(
     law: Compiled, program: ControllerProgram, bad: float
 ) -> None:
-    """What is sent is finite, and later samples move from it no faster than the actuators."""
     rest = {one.name: float(one.rest or 0) for one in program.inputs}
     T, limits = 0.01, load_turbine("nrel5mw")
     law.init(T)
@@ -139,7 +137,6 @@ def test_a_command_at_a_limit_is_told(law: Compiled) -> None:
 
 
 def test_a_step_before_init(law: Compiled) -> None:
-    """A zeroed state starts with the usual time; it is told once."""
     given = {"speed": 1.1, "pitch": 0.1}
     law.zeroed()
     sent = law.step(given)
@@ -244,7 +241,6 @@ def test_many_random_bytes(name: str, precision: str, tmp_path: Path, reduced: b
 
 @pytest.mark.slow
 def test_a_fuzzer_that_looks_for_paths(tmp_path: Path, reduced: bool) -> None:
-    """libFuzzer, where clang is installed: it looks for inputs that reach new code."""
     empty = tmp_path / "empty.c"
     empty.write_text("int LLVMFuzzerTestOneInput(const char *b, unsigned long n);\n"
                      "int LLVMFuzzerTestOneInput(const char *b, unsigned long n)\n"

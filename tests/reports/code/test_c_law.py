@@ -213,7 +213,6 @@ def test_the_whole_controller_in_its_order(
 
 @pytest.mark.parametrize(("name", "many"), long_too("nrel5mw", "iea15mw"))
 def test_the_baseline_law(name: str, many: bool, tmp_path: Path, reduced: bool) -> None:
-    """Every region, both ends of the integral, and from rest at the trim's own states."""
     turbine = load_turbine(name)
     law, T, rng = BaselineLaw(turbine), 0.0125, Random(3)
     program = baseline_program(turbine, without=("rate limits",))
@@ -309,7 +308,6 @@ def program() -> ControllerProgram:
 
 
 def test_names_that_c_takes(tmp_path: Path) -> None:
-    """A plant whose states are keywords, macros and functions of C."""
     document = every_function()
     words = ("double", "I", "int", "y0", "sin_", "NAN", "state", "min", "own_law_real")
     document["programs"][0]["read"] = [
@@ -437,7 +435,6 @@ def test_no_warning_for_any_plant(name: str, precision: str, tmp_path: Path, red
 
 @pytest.mark.slow
 def test_other_tools_have_nothing_to_say(tmp_path: Path, program: ControllerProgram) -> None:
-    """clang, where it is installed, and the analyzer of gcc."""
     word = written(program, tmp_path)
     run([compiler("gcc"), *C99, *STRICT, "-fanalyzer", "-c", f"{word}.c"], tmp_path)
     run([compiler("clang"), *C99, *STRICT, "-Weverything", "-Wno-declaration-after-statement",

@@ -155,7 +155,6 @@ def test_the_gain_file_is_needed(design: Path, tmp_path: Path, capsys: Capture) 
 
 @pytest.mark.parametrize("name", PLANTS)
 def test_every_plant_s_export_is_its_own(name: str, tmp_path: Path) -> None:
-    """In both types, and with a time that the user chose."""
     gains = plant_file(name, tmp_path)
     program = read_controller(gains)
     for settings in (
@@ -283,7 +282,6 @@ def test_a_turbines_file_is_refused(turbine: Document, places: str) -> None:
 
 
 def test_a_plants_file_is_refused() -> None:
-    """The range of an input, within which the program holds its command."""
     plant = file_of("tracking")
     assert program_reading.controller_program(plant).kind == "plant"
     changed = deepcopy(plant)

@@ -141,7 +141,6 @@ def test_the_wind_of_record_27(
 def test_filter_sample_time_and_drive(
     drive: str, library: Path, rows: list[Row], turbine_design: TurbineDesign, tmp_path: Path
 ) -> None:
-    """The law every third step, of a filtered speed, before a drive at its rate limit."""
     file = edited(
         input_file(library), tmp_path / "i", speed_filter=1.5, sample_time=3 * T,
         pitch_drive=drive, pitch_drive_rate=0.05,
@@ -189,7 +188,6 @@ def test_the_baseline_law(turbine_design: TurbineDesign, rows: list[Row], tmp_pa
 
 
 def test_a_checkpoint_goes_on_where_it_was(library: Path, rows: list[Row], tmp_path: Path) -> None:
-    """Bit by bit, read by a copy of the library that saw no first call."""
     file = edited(
         input_file(library), tmp_path / "i", pitch_drive="second_order",
         speed_filter=2.0, sample_time=2 * T, log_file=tmp_path / "log.csv",
@@ -355,7 +353,6 @@ def test_an_unknown_status_holds(copied: Path, file: Path) -> None:
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("record", [2, 4, 20, 23, 27, 61])
 def test_a_record_that_is_not_finite(value: float, record: int, copied: Path, file: Path) -> None:
-    """Told once at most; what is sent stays within limits and rates, and the law recovers."""
     run, whole = started(copied, file, "bad"), started(copied, file, "good")
     last, told = run.call(1, 6 * T), 0
     whole.call(1, 6 * T)

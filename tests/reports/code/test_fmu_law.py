@@ -58,14 +58,12 @@ def compared(gains: Path, time: float, random: Random) -> int:
     ],
 )
 def test_a_plant_s_law(name: str, tmp_path: Path) -> None:
-    """Rules, a blend with its kept effort, and a law in discrete time."""
     own = plant_law(name)[1].model.sample_time
 
     assert compared(plant_file(name, tmp_path), float(own or 0.05), Random(3)) >= 2 * SAMPLES
 
 
 def test_a_turbine_s_law(turbine_design: TurbineDesign, tmp_path: Path) -> None:
-    """Low-pass, observer, law and rate limits: eleven kept values."""
     gains = turbine_file(turbine_design, turbine_design.law, tmp_path)
 
     assert compared(gains, 0.02, Random(4)) == 2 * 6 * SAMPLES
@@ -231,7 +229,6 @@ int main(void)
 
 
 def test_bad_calls_under_sanitizers(tmp_path: Path) -> None:
-    """Values that are not numbers, references that do not exist, states with a damaged byte."""
     if shutil.which("cc") is None:
         pytest.skip("no cc on this machine")
     _, made = sources_alone(plant_file("split_range", tmp_path))

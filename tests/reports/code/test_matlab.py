@@ -121,7 +121,6 @@ def test_bad_inputs_leave_finite_commands(tmp_path: Path) -> None:
 def test_the_struct_has_what_the_file_and_the_certificate_have(
     duffing: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """By the command: gains, vertices and P of a small design, read back by scipy."""
     out = tmp_path / "mat"
     assert main(["export", str(duffing / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
     assert "duffing" in capsys.readouterr().out.lower()
@@ -190,7 +189,6 @@ def duffing(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_vertices_are_the_model_s(duffing: Path, tmp_path: Path) -> None:
-    """A and B of every rule, against the Takagi-Sugeno model of the library."""
     out = tmp_path / "mat"
     assert main(["export", str(duffing / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
     found = loadmat(next(out.glob("*.mat")), simplify_cells=True)["takagi"]

@@ -103,7 +103,6 @@ def test_c_says_it_at_every_step(program: ControllerProgram, tmp_path: Path) -> 
 
 
 def test_a_bladed_simulation_does_not_begin(program: ControllerProgram, tmp_path: Path) -> None:
-    """With the reason and the cure; a step that grows later is said."""
     library = built(program, tmp_path / "library")
     file = input_file(library)
 
@@ -248,7 +247,6 @@ def test_a_plant_s_file_states_it_and_exports_refuse_more(
 def test_estimates_stay_where_the_premises_have_values(
     level: float, tanks: tuple[Path, PlantDesign]
 ) -> None:
-    """At ten times the longest sample time, and with a reading of a level that cannot be."""
     run = ProgramRun(read_controller(tanks[0] / "gains.json"))
     for _ in range(40):
         sent = run.sample(60.0, {"h2_measured": level})

@@ -74,7 +74,6 @@ def run_of_a_turbine(program: ControllerProgram, samples: int) -> int:
 
 
 def test_the_law_of_a_turbine(turbine_design: TurbineDesign, tmp_path: Path) -> None:
-    """Observer with its spline, law and rate limits, sample by sample."""
     path = tmp_path / "gains.json"
     path.write_text(dump_gains(gain_file(turbine_design)), encoding="utf-8")
 
@@ -120,7 +119,6 @@ def test_a_law_with_a_time_of_its_own_refuses_another(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["cart_pole", "boost_throttle"])
 def test_bad_inputs_leave_finite_commands(name: str, tmp_path: Path) -> None:
-    """The last good value stands in; before it the rest of the gain file; a word tells it."""
     program = read_controller(plant_file(name, tmp_path))
     rest = {one.name: float(one.rest or 0) for one in program.inputs}
     first, command = program.inputs[0].name, program.outputs[0].name.upper()
@@ -172,7 +170,6 @@ def test_reset_starts_again(tmp_path: Path) -> None:
 
 
 def test_keywords_as_names(tmp_path: Path) -> None:
-    """States that are called as the language's words, and names that differ by their case."""
     document = without_erf()
     program = document["programs"][0]
     for old, new in (("x", "real"), ("y", "sin_")):

@@ -18,7 +18,6 @@ TORQUE = Axis("torque-overlap", "N m", (500.0, 2000.0))
 
 
 def effort(error: float | None) -> dict[str, Any]:
-    """A point of the effort-sharing law."""
     if error is None:
         return {"verdict": "UNDECIDED", "reason": WHY}
     return {
@@ -64,7 +63,6 @@ def table(text: object) -> list[dict[str, str]]:
 @pytest.mark.parametrize("axes", [(SPEED,), (SPEED, TORQUE)])
 @pytest.mark.parametrize("law", ["coherent", "paper"])
 def test_a_sweep_leaves_page_table_and_figure(law: str, axes: tuple[Axis, ...]) -> None:
-    """The SVG is XML, the CSV has a row a point with units, the page says why not."""
     results = [effort(0.2), effort(None)] if law == "coherent" else [published(2), published(1)]
     files = sweep_files(sweep(law, axes, results * len(axes)))
     page, rows = str(files["map.md"]), table(files["points.csv"])
