@@ -5,14 +5,11 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from takagi.models import TSModel, full_load_model, nrel5mw, partial_load_model
+from takagi.models import Floats, TSModel, full_load_model, nrel5mw, partial_load_model
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.data import rotor_torque
-
-Floats = NDArray[np.float64]
 
 
 @cache

@@ -13,11 +13,9 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models import Floats
 from tests.lmi.fixed_order.plants import plant
-
-Floats = NDArray[np.float64]
 
 
 class System(NamedTuple):

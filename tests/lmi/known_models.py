@@ -8,13 +8,10 @@ from typing import Any
 
 import control
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi import Answer, Design
 from takagi.lmi.varying.robust_gain import robust_hinf_norm
-from takagi.models import Premise, TSModel
-
-Floats = NDArray[np.float64]
+from takagi.models import Floats, Premise, TSModel
 
 
 def planar_pair(a: float) -> Floats:

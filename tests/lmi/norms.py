@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
-Floats = NDArray[np.float64]
+from takagi.models import Floats
 
 
 def third_order() -> tuple[Floats, Floats, Floats]:

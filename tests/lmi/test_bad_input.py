@@ -12,13 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.sparse
-from numpy.typing import NDArray
 
 import takagi.lmi as lmi
 from takagi.lmi import lqr_pdc, observer, pdc
-from takagi.models import ModelError, TSModel
+from takagi.models import Floats, ModelError, TSModel
 
-Floats = NDArray[np.float64]
 # The plants of the table hardly need gains; the shapes are what is tested.
 pytestmark = pytest.mark.filterwarnings("ignore::takagi.lmi.ZeroGainsWarning")
 

@@ -8,11 +8,10 @@ from math import comb
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from takagi.lmi.polynomials import Basis, Known, UnknownPolynomial, contributions
+from takagi.models import Floats
 
-Floats = NDArray[np.float64]
 simplexes = st.lists(st.tuples(st.integers(1, 4), st.integers(0, 3)), min_size=1, max_size=3)
 # An unknown has a weight for every pair of coefficient and member: gigabytes for the largest above.
 small = st.lists(st.tuples(st.integers(1, 3), st.integers(0, 2)), min_size=1, max_size=3)

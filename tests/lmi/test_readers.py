@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from takagi.lmi import (
     LMI,
@@ -28,9 +27,7 @@ from takagi.lmi.condition.evaluate import fractions, lmi_value, smallest_eigenva
 from takagi.lmi.condition.term import Labels
 from takagi.lmi.condition.typeset import lmi_latex
 from takagi.lmi.cone.cone_program import assemble, unpack
-from takagi.models import ModelError, Premise, TSModel
-
-Floats = NDArray[np.float64]
+from takagi.models import Floats, ModelError, Premise, TSModel
 
 
 def short_numbers(rng: np.random.Generator, *shape: int) -> Floats:

@@ -6,12 +6,9 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from takagi.models import Plant, TSModel, Variable, load_model, sector_model
+from takagi.models import Floats, Plant, TSModel, Variable, load_model, sector_model
 from takagi.models.blending.substitution import blended_model
-
-Floats = NDArray[np.float64]
 
 
 def cart_pole(x: Floats, u: Floats, w: Floats) -> list[float]:

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from takagi.models import ModelError, Turbine, nrel5mw
+from takagi.models import Floats, ModelError, Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import (
     EffortGains,
     EffortSharingLaw,
@@ -239,7 +238,6 @@ def test_a_short_range_of_winds_has_no_node_outside(
     assert (wind[0], wind[-1]) == (low, high)
 
 
-Array = NDArray[np.float64]
 FAULT = (5.0, 45.0)
 
 
@@ -249,13 +247,13 @@ class Stuck:
 
     wind: float
 
-    def initial_state(self, rotor_speed: float, wind: float) -> Array:
+    def initial_state(self, rotor_speed: float, wind: float) -> Floats:
         return np.zeros(1)
 
-    def wind_estimate(self, state: Array) -> float:
+    def wind_estimate(self, state: Floats) -> float:
         return 20.0 if FAULT[0] <= state[0] < FAULT[1] else self.wind
 
-    def state_rate(self, state: Array, rotor_speed: float, pitch: float, torque: float) -> Array:
+    def state_rate(self, state: Floats, rotor_speed: float, pitch: float, torque: float) -> Floats:
         return np.ones(1)
 
 

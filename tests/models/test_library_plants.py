@@ -10,10 +10,17 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.models import ModelError, Plant, Variable, built_in_models, load_model, sector_model
+from takagi.models import (
+    Floats,
+    ModelError,
+    Plant,
+    Variable,
+    built_in_models,
+    load_model,
+    sector_model,
+)
 from tests.models.library_plants import (
     FIELDS,
-    Floats,
     blended,
     model_name,
     model_of,

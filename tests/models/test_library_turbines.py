@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from takagi.models import (
+    Floats,
     Interval,
     ModelError,
     Premise,
@@ -32,8 +32,6 @@ from takagi.models.turbine.operating_band import (
     slope_enclosure,
     slope_gradient,
 )
-
-Floats = NDArray[np.float64]
 
 TURBINES = [name for name, kind in built_in_kinds().items() if kind == "turbine"]
 REGIONS = ("partial load", "full load")

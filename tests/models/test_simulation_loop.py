@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from takagi.models import ModelError, WindObserver
+from takagi.models import Floats, ModelError, WindObserver
 from takagi.models.laws.protocol import Command, Measurement, SampledLaw
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import History, simulate
@@ -24,8 +23,6 @@ from takagi.models.simulation.wind import ramp_wind, same_turbulence, step_wind
 from takagi.models.turbine.loader import nrel5mw
 from tests.winds import constant_wind
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Held:
@@ -36,13 +33,13 @@ class Held:
     name: str = "held"
     state_names: tuple[str, ...] = ()
 
-    def initial_state(self, wind: float) -> Array:
+    def initial_state(self, wind: float) -> Floats:
         return np.zeros(0)
 
-    def command(self, state: Array, measurement: Measurement) -> Command:
+    def command(self, state: Floats, measurement: Measurement) -> Command:
         return Command(self.torque, self.pitch)
 
-    def state_rate(self, state: Array, measurement: Measurement) -> Array:
+    def state_rate(self, state: Floats, measurement: Measurement) -> Floats:
         return np.zeros(0)
 
 
@@ -92,7 +89,7 @@ def test_loop_equals_an_adaptive_solver() -> None:
         constant_wind(14.0, 20.0),
     )
 
-    def rate(_: float, state: Array) -> Array:
+    def rate(_: float, state: Floats) -> Floats:
         return turbine_rate(plant)(state, point.torque, point.pitch + 0.02, 14.0)
 
     solved = solve_ivp(rate, (0.0, 20.0), start, method="DOP853", rtol=1e-9, atol=1e-11)

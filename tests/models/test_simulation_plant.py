@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.models import Floats, ModelError, Surface
 from takagi.models.simulation.equations import LEAST_FLOW, hold, induction, wake_time
@@ -27,8 +27,6 @@ from takagi.models.turbine.data import DiscWake, rotor_thrust, rotor_torque
 from takagi.models.turbine.loader import load_turbine, nrel5mw
 from takagi.models.turbine.trim import trim
 
-Array = NDArray[np.float64]
-
 
 def derivative(
     plant: SimulatedTurbine, state: ArrayLike, torque: float, reference: float, wind: float
@@ -42,7 +40,7 @@ def stiff(**parts: Any) -> SimulatedTurbine:
     return validation_plant(nrel5mw(), **(none | parts))
 
 
-def jacobian(plant: SimulatedTurbine, wind: float) -> Array:
+def jacobian(plant: SimulatedTurbine, wind: float) -> Floats:
     """Return the derivative of the right-hand side by the state, by central differences."""
     state, point = plant.initial_state(wind)
     columns = []

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
 from takagi.certificates.design.turbine.effort_sharing_gains import (
@@ -21,7 +20,7 @@ from takagi.certificates.design.turbine.effort_sharing_gains import (
 )
 from takagi.certificates.design.turbine.result import speed_filter
 from takagi.certificates.design.turbine.scale import default_settings
-from takagi.models import ModelError, WindObserver
+from takagi.models import Floats, ModelError, WindObserver
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Command, Measurement, SampledLaw
 from takagi.models.simulation import closed_loop, turbine_plant
@@ -47,9 +46,6 @@ from takagi.reports.margins.running_over_wind import (
     searched_margins,
     winds_between,
 )
-
-Floats = NDArray[np.float64]
-
 
 LAW = Path(__file__).parents[1] / "models" / "openfast" / "swinging_law.json"
 

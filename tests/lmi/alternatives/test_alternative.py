@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from takagi.lmi import (
     LMI,
@@ -32,9 +31,7 @@ from takagi.lmi import (
 from takagi.lmi.condition.term import Array
 from takagi.lmi.gains.requirements.limits import limits_of
 from takagi.lmi.refutation.exact_algebra import adjoint, is_definite, is_semidefinite
-from takagi.models import ModelError, TSModel
-
-Floats = NDArray[np.float64]
+from takagi.models import Floats, ModelError, TSModel
 
 
 def fraction_array(rows: object) -> Array:

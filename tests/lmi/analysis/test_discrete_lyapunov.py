@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
 from takagi.lmi import common_lyapunov, max_decay_rate
-from takagi.models import ModelError, TSModel
+from takagi.models import Floats, ModelError, TSModel
 from tests.lmi.known_models import TRUCK_GAINS, book_pair, rolmip_pair, truck_trailer
-
-Floats = NDArray[np.float64]
 
 
 def printed_loops() -> Floats:

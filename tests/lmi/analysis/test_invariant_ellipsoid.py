@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.lmi import start_set, start_set_condition
 from takagi.lmi.analysis.invariant_ellipsoid import (
@@ -14,9 +13,7 @@ from takagi.lmi.analysis.invariant_ellipsoid import (
     largest_scale,
     slacks,
 )
-from takagi.models import ModelError
-
-Floats = NDArray[np.float64]
+from takagi.models import Floats, ModelError
 
 
 def oscillators() -> tuple[Floats, Floats]:

@@ -26,12 +26,10 @@ from takagi.lmi import (
 from takagi.lmi.argument_checks import decays_exactly, slow_vertex
 from takagi.lmi.condition.evaluate import fractions
 from takagi.lmi.refutation.exact_algebra import is_definite
-from takagi.models import TSModel
+from takagi.models import Floats, TSModel
 from tests.lmi.known_models import planar_pair, three_rules
 
 pytestmark = pytest.mark.numeric
-
-Floats = NDArray[np.float64]
 
 
 def falls_exactly(A: Floats, P: NDArray[np.object_]) -> bool:

@@ -22,7 +22,7 @@ from takagi.lmi import (
 from takagi.lmi.analysis.disturbance.channel import disturbance_channel
 from takagi.lmi.analysis.disturbance.energy_and_variance import energy_gain_of, variance_bound
 from takagi.lmi.analysis.disturbance.peak_to_peak import peak_bound
-from takagi.models import ModelError, TSModel
+from takagi.models import Floats, ModelError, TSModel
 from tests.lmi.known_models import gain_of, planar_pair
 from tests.lmi.norms import (
     frequency_norm,
@@ -31,8 +31,6 @@ from tests.lmi.norms import (
     sampled_gramian_norm,
     third_order,
 )
-
-Floats = NDArray[np.float64]
 
 
 def two_vertices(step: float | None = None, *, through: float = 1.0) -> TSModel:

@@ -8,18 +8,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_lyapunov
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi import expressed, peak_gain, peak_gain_condition
 from takagi.lmi.analysis.disturbance.channel import disturbance_channel
 from takagi.lmi.analysis.disturbance.peak_to_peak import peak_bound
-from takagi.models import ModelError, TSModel
+from takagi.models import Floats, ModelError, TSModel
 from tests.lmi.known_models import gain_of, planar_pair
 from tests.lmi.norms import sampled
-
-Floats = NDArray[np.float64]
 
 
 def two_vertices(sample_time: float | None = None) -> TSModel:

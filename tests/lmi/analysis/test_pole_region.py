@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from takagi.lmi import (
     Answer,
@@ -19,9 +18,7 @@ from takagi.lmi import (
     exact_matrices,
 )
 from takagi.lmi.refutation.exact_algebra import is_definite
-from takagi.models import ModelError
-
-Floats = NDArray[np.float64]
+from takagi.models import Floats, ModelError
 
 
 def companion() -> Floats:

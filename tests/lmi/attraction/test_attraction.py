@@ -7,16 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import sympy as sp
-from numpy.typing import NDArray
 
 from takagi.lmi import Answer, attraction_ellipsoid, attraction_pdc
-from takagi.models import ModelError, TSModel, sector_model
+from takagi.models import Floats, ModelError, TSModel, sector_model
 from tests.lmi.known_models import torque_pendulum
 from tests.symbolic_plants import plant_of
 
 pytestmark = pytest.mark.numeric
-
-Floats = NDArray[np.float64]
 
 
 def area(answer: Answer) -> float:

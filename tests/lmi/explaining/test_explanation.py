@@ -7,15 +7,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.lmi import common_lyapunov, explain, hinf_norm, max_decay_rate, pdc
 from takagi.lmi.decision.outcome import Share, binding_items, binding_shares, shares_in_words
 from takagi.lmi.explaining.explanation import on_smaller_box, with_narrower_premise
-from takagi.models import ModelError, Premise, TSModel
+from takagi.models import Floats, ModelError, Premise, TSModel
 from tests.lmi.known_models import three_rules
-
-Floats = NDArray[np.float64]
 
 
 def have_common_p(A1: Floats, A2: Floats) -> bool:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.requests import L2Gain
@@ -18,7 +17,7 @@ from takagi.lmi import (
     time_limit,
 )
 from takagi.lmi.gains.descent.gain_loops import largest_gain, response
-from takagi.models import ModelError
+from takagi.models import Floats, ModelError
 from tests.lmi.fixed_order.plants import PRINTED, best_of_hifoo, hifoo, names, plant
 from tests.lmi.norms import hamiltonian_norm
 
@@ -197,9 +196,6 @@ def test_a_time_limit_is_reported_or_leaves_the_best_so_far() -> None:
 def test_misuse_is_named(given: dict[str, Any], message: str) -> None:
     with pytest.raises(ModelError, match=message):
         hinf_fixed_order(plant("NN2"), **given)
-
-
-Floats = NDArray[np.float64]
 
 
 def random_loop(seed: int, direct: float) -> tuple[Floats, Floats, Floats, Floats]:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.lmi import (
     FuzzyDesign,
@@ -15,11 +14,10 @@ from takagi.lmi import (
     fuzzy_pdc,
     pdc,
 )
-from takagi.models import ModelError, Premise, TSModel
+from takagi.models import Floats, ModelError, Premise, TSModel
 
 pytestmark = pytest.mark.numeric
 
-Floats = NDArray[np.float64]
 RELAXATIONS = ("wang-tanaka-griffin", "tanaka-wang", "tuan", "liu-zhang", "polya-1")
 
 

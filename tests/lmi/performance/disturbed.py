@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi import Design
-from takagi.models import TSModel
+from takagi.models import Floats, TSModel
 from tests.lmi.norms import sampled
-
-Floats = NDArray[np.float64]
 
 
 def two_rules(sample_time: float | None = None) -> TSModel:

@@ -7,21 +7,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi import Design, h2_pdc, hinf_norm, hinf_pdc, peak_pdc, rigorous_no
 from takagi.lmi.gains.disturbance.request import DisturbanceCoordinates
-from takagi.models import ModelError, TSModel
+from takagi.models import Floats, ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS, System, mfp
 from tests.lmi.norms import frequency_norm, hamiltonian_norm
 from tests.lmi.performance.disturbed import gain_of, loop, three_rules, two_rules
 
 pytestmark = pytest.mark.numeric
-
-
-Floats = NDArray[np.float64]
 
 
 def plant(system: System) -> TSModel:

@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.lmi import (
     LMI,
@@ -34,10 +33,8 @@ from takagi.lmi import (
 )
 from takagi.lmi.gains.requirements.limits import Limits, limits_of
 from takagi.lmi.refutation.exact_algebra import is_definite, is_semidefinite, over_one_denominator
-from takagi.models import ModelError, TSModel
+from takagi.models import Floats, ModelError, TSModel
 from tests.lmi.known_models import three_rules
-
-Floats = NDArray[np.float64]
 
 
 def saddle() -> TSModel:

@@ -16,8 +16,7 @@ from takagi.lmi import (
     optimise,
     relaxation_named,
 )
-
-Floats = NDArray[np.float64]
+from takagi.models import Floats
 
 
 def random_theta(seed: int, rules: int, size: int) -> Floats:

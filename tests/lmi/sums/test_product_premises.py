@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from takagi.lmi import (
     DoubleSum,
@@ -18,7 +17,7 @@ from takagi.lmi import (
     relaxation_named,
     relaxation_size,
 )
-from takagi.models import ModelError, Premise, TSModel
+from takagi.models import Floats, ModelError, Premise, TSModel
 from tests.lmi.known_models import blended_rates
 from tests.lmi.sums.known import (
     bound,
@@ -29,7 +28,6 @@ from tests.lmi.sums.known import (
     random_theta,
 )
 
-Floats = NDArray[np.float64]
 # Of the random models one with gains by products of corner weights, and none by pairs of rules.
 SEED = 31
 

@@ -24,7 +24,7 @@ from takagi.lmi import (
 from takagi.lmi.condition.evaluate import fractions
 from takagi.lmi.sums.product_premises import multisets
 from takagi.lmi.sums.relaxations import RELAXATIONS
-from takagi.models import ModelError
+from takagi.models import Floats, ModelError
 from tests.lmi.sums.known import (
     bound,
     combinations_of,
@@ -35,7 +35,6 @@ from tests.lmi.sums.known import (
     random_theta,
 )
 
-Floats = NDArray[np.float64]
 SQUARE = ("wang-tanaka-griffin", "tuan", "tanaka-wang", "kim-lee", "liu-zhang")
 # The bounds are within this share of the least, by two stages of a solver.
 NEAR = 2e-3

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
 from takagi.lmi.condition.evaluate import smallest_eigenvalues
 from takagi.lmi.gains.cost.regulator import guaranteed_cost_condition, guaranteed_cost_gain
-
-Floats = NDArray[np.float64]
+from takagi.models import Floats
 
 
 def riccati(A: Floats, B: Floats, x: Floats, u: Floats) -> tuple[Floats, Floats]:

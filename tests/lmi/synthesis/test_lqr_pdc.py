@@ -8,16 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are, solve_discrete_are
 
 from takagi.lmi import Design, h2_norm, lqr_pdc, lqr_pdc_condition, structured_pdc
-from takagi.models import ModelError, Premise, TSModel
+from takagi.models import Floats, ModelError, Premise, TSModel
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.known_models import cost_of, tanaka_wang_rules, three_rules
 from tests.lmi.norms import sampled
 
-Floats = NDArray[np.float64]
 ALL = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang")
 
 

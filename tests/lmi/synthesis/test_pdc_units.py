@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.lmi import Condition, Outcome, decide, pdc
 from takagi.lmi.gains.decay import design as compensation_design
@@ -17,12 +17,11 @@ from takagi.lmi.gains.decay import relaxation_search
 from takagi.lmi.gains.decay.condition import decay_request
 from takagi.lmi.gains.decay.design import decided, stopped_by_limit
 from takagi.lmi.gains.requirements.limits import GivenLimits
-from takagi.models import TSModel
+from takagi.models import Floats, TSModel
 from tests.lmi.known_models import torque_pendulum
 
 pytestmark = pytest.mark.numeric
 
-Floats = NDArray[np.float64]
 
 # In the proportions of the largest box in which a certain Q of the plant below is held.
 BOX = np.array([0.0027, 0.0014, 2e-5])

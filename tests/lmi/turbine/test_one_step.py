@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.certificates.claims.turbine.cell_loop import enclosures_of_gains
 from takagi.lmi.turbine.one_step.design import OneStepDesign, one_step_gains
 from takagi.lmi.turbine.one_step.design_point import Objective
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
-from takagi.models import Interval, ModelError, Turbine, nrel5mw
+from takagi.models import Floats, Interval, ModelError, Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import (
     EffortGains,
     EffortSharingLaw,
@@ -24,7 +23,6 @@ from takagi.models.laws.effort_sharing.law import (
 )
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
 
-Floats = NDArray[np.float64]
 BOX = LoopBox(Fraction("0.04"), Fraction("0.008"), Fraction("0.03"), Fraction("0.03"))
 UNCERTAINTY = LoopUncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
 

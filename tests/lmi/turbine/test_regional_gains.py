@@ -9,19 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from takagi.lmi.turbine.region_request import FULL_LOAD, PARTIAL_LOAD, Requirement, region_request
 from takagi.lmi.turbine.regional import RegionalGains, RegionGains, region_gains, regional_gains
-from takagi.models import ModelError, TSModel, nrel5mw
+from takagi.models import Floats, ModelError, TSModel, nrel5mw
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.turbine.data import rotor_torque
 from takagi.models.turbine.trim import trim
 from tests.paper_models import regional_models
 
 TURBINE = nrel5mw()
-Floats = NDArray[np.float64]
 
 
 @cache

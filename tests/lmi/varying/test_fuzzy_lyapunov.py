@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.lmi import (
     Answer,
@@ -21,10 +20,8 @@ from takagi.lmi import (
 )
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.refutation.exact_algebra import is_definite
-from takagi.models import ModelError, Premise, TSModel
+from takagi.models import Floats, ModelError, Premise, TSModel
 from tests.lmi.known_models import oscillators, planar_pair, rolmip_pair
-
-Floats = NDArray[np.float64]
 
 
 def fastest_growth(A: Floats, answer: Answer, phi: float) -> float:

@@ -6,13 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from takagi.lmi.varying.parameter_motion import step_corners, velocity_corners
-from takagi.models import ModelError
+from takagi.models import Floats, ModelError
 
-Floats = NDArray[np.float64]
 BOUNDS = [[1, 1], [1, 2, 3], [0.1, 0.5, 2], [1, 1, 1, 1], [0, 0.2, 0.3], [0, 0, 2], [np.inf, 1, 1]]
 
 

@@ -11,16 +11,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from takagi.models import ModelError, Plant, TSModel
+from takagi.models import Floats, ModelError, Plant, TSModel
 from takagi.models.blending.blending import RunTimeBlending, blending_of
 from takagi.models.blending.substitution import blended_model
 from takagi.models.laws.pdc import PdcLaw
 from tests.models import library_plants
 from tests.models.blending.plants import ROOM, plant_of
 
-Floats = NDArray[np.float64]
 # Rests where cooling alone acts, against a load of 1.
 LOADED = ROOM.replace("range = [-3, 3]", "range = [-3, 3], rest = -1").replace(
     '"a*x - 2', '"1 + a*x - 2'
