@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from takagi.lmi import (
     Condition,
     Design,
+    EigenvalueRegion,
     expressed,
     h2_pdc,
     h2_pdc_condition,
@@ -21,6 +23,7 @@ from takagi.lmi import (
     rigorous_no,
 )
 from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant, plant_of
 from takagi.models import TSModel
 from tests.lmi import known_models
 from tests.lmi.norms import (
@@ -30,6 +33,8 @@ from tests.lmi.norms import (
     sampled_gramian_norm,
 )
 from tests.lmi.performance.disturbed import blends, gain_of, loop, three_rules, two_rules
+
+pytestmark = pytest.mark.numeric
 
 DESIGNS: dict[str, Callable[..., Design]] = {"h2": h2_pdc, "hinf": hinf_pdc, "peak": peak_pdc}
 # The unknown that is minimised, and whether it is the gain or its square.
@@ -199,3 +204,36 @@ def test_a_margin_that_costs_too_much_is_made_smaller_once() -> None:
     assert gain_of(design) == pytest.approx(18.6905, rel=2e-4)
     assert [attempt.solver for attempt in design.answer.tries] == ["clarabel", "clarabel"]
     assert design.margin > 1e-4
+
+
+# Damping of at least 0.98, and no pole faster than 30/s.
+REGION = EigenvalueRegion.sector(float(np.arccos(0.98))) & EigenvalueRegion.disc(30.0)
+
+
+def plant(seconds: float) -> DisturbedPlant:
+    """Return two rules of an oscillator with z = (x, u), in another unit of time."""
+    A = np.array([[[0.0, 1.0], [-4.0, -0.1]], [[0.0, 1.0], [-9.0, -0.1]]])
+    B, E = np.array([[[0.0], [1.0]]] * 2), np.array([[[0.0], [1.0]]] * 2)
+    model = TSModel(A * seconds, B * seconds, E=E * seconds)
+    return plant_of(model, ([[1.0, 0.0], [0.0, 0.0]], [[0.0], [0.1]]))
+
+
+@pytest.mark.parametrize("function", [hinf_pdc, h2_pdc, peak_pdc])
+def test_poles_lie_in_the_region_and_the_norm_is_larger(function: Any) -> None:
+    free = function(plant(1.0))
+    held = function(replace(plant(1.0), region=REGION))
+
+    def poles(design: Any) -> Any:
+        p = plant(1.0)
+        return np.linalg.eigvals(p.A - p.B @ design.gains)
+
+    assert REGION.excess(poles(held)).max() < 0 < REGION.excess(poles(free)).max()
+    assert held.gain > free.gain
+
+
+def test_the_unit_of_time_does_not_matter() -> None:
+    """In ms the plant is a thousand times slower, and so is the region: the same energy gain."""
+    in_seconds = hinf_pdc(replace(plant(1.0), region=REGION))
+    in_milliseconds = hinf_pdc(replace(plant(1e-3), region=REGION.slowed(1e3)))
+
+    assert in_milliseconds.gain == pytest.approx(in_seconds.gain, rel=1e-3)
