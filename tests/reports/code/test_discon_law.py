@@ -26,13 +26,13 @@ from takagi.reports.code.targets import ExportSettings
 from tests.reports.code.bladed import (
     GEAR_RATIO,
     Answer,
-    PythonLaw,
     Simulator,
     built,
     edited,
     input_file,
 )
 from tests.reports.code.design_program import program_of
+from tests.reports.python_law import PythonLaw
 from tests.reports.test_gain_file_alone import plant_file
 
 EXACT = 1e-6

@@ -22,10 +22,11 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import trim
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.run import ProgramRun
-from tests.reports.code.bladed import GEAR_RATIO, PythonLaw, Simulator, built, input_file
+from tests.reports.code.bladed import GEAR_RATIO, Simulator, built, input_file
 from tests.reports.code.compiled import Compiled
 from tests.reports.code.design_program import program_of
 from tests.reports.code.fmu_files import exported, fmpy, simulated
+from tests.reports.python_law import PythonLaw
 from tests.reports.test_gain_file_alone import turbine_file
 
 T, SAMPLES = 0.02, 1000
