@@ -21,7 +21,6 @@ from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.turbine.data import rotor_torque_gradient
 from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.trim import (
-    optimal_tip_speed_ratio,
     optimal_torque_constant,
     rated_wind,
     trim,
@@ -85,17 +84,6 @@ def test_peak_of_the_table() -> None:
     assert iea().figures["reference.design_tip_speed_ratio"].value == 9.0
 
 
-def test_why_the_smallest_pitch_is_not_zero() -> None:
-    """At 0 deg torque rises with pitch at rated wind; at the chosen angle it falls."""
-    turbine = iea()
-    place = turbine.rated_rotor_speed, rated_wind(turbine)
-
-    assert float(rotor_torque_gradient(turbine, place[0], 0.0, place[1])[1]) > 0
-    assert float(rotor_torque_gradient(turbine, place[0], turbine.pitch_min, place[1])[1]) < 0
-    # ... and the best ratio there meets rated speed before rated torque, so that regions follow.
-    assert optimal_tip_speed_ratio(turbine) > place[0] * turbine.rotor_radius / place[1]
-
-
 @pytest.mark.parametrize(("wind", "pitch", "by_pitch", "by_wind", "by_speed"), linearisations())
 def test_an_aeroelastic_code_agrees(
     wind: float, pitch: float, by_pitch: float, by_wind: float, by_speed: float
@@ -110,15 +98,6 @@ def test_an_aeroelastic_code_agrees(
     assert blade == pytest.approx(by_pitch, rel=0.17)
     assert gust == pytest.approx(by_wind, rel=0.09)
     assert speed == pytest.approx(by_speed, rel=0.2)
-
-
-def test_trim_over_all_winds() -> None:
-    """Regions 1.5, 2, 2.5, 3 in this order, without a jump."""
-    points = [trim(iea(), float(wind)) for wind in np.linspace(3, 25, 1101)]
-
-    assert list(dict.fromkeys(point.region for point in points)) == ["1.5", "2", "2.5", "3"]
-    for name, largest in (("rotor_speed", 0.003), ("pitch", 0.012), ("torque", 1.2e5)):
-        assert np.abs(np.diff([getattr(point, name) for point in points])).max() < largest
 
 
 def test_the_torque_curve_is_near_the_tables() -> None:
@@ -149,17 +128,6 @@ def test_gains_of_the_baseline_follow_from_their_design() -> None:
     )
     assert turbine.reference_controller.integral_gain == pytest.approx(0.2**2 * per_speed, rel=2e-3)
     np.testing.assert_allclose(line, wake.power_sensitivity[2:], rtol=0.08)
-
-
-@pytest.mark.parametrize(
-    ("pitch", "integral"), [(0.064, 0.1207), (0.174, 0.07328), (0.396, 0.02924)]
-)
-def test_the_baseline_is_near_the_examples_schedule(pitch: float, integral: float) -> None:
-    """Integral gain within 40 % of the controller file's, which is tuned on the slow wake."""
-    baseline = iea().reference_controller
-
-    found = baseline.integral_gain / (1 + pitch / baseline.schedule_pitch)
-    assert found == pytest.approx(integral, rel=0.4)
 
 
 def test_the_baseline_rests_at_the_trim() -> None:

@@ -52,13 +52,6 @@ def test_rotor_share_equals_the_mean_over_random_points(frequency: float) -> Non
     assert abs(found[0] - coherence.mean()) < 4 * coherence.std() / np.sqrt(len(coherence))
 
 
-def test_rotor_share_of_a_small_rotor_is_one() -> None:
-    frequency = np.array([0.0, 0.1, 1.0])
-
-    assert rotor_share(frequency, 10.0, rotor_radius=1e-4) == pytest.approx(1.0, abs=1e-3)
-    assert np.all(rotor_share(frequency, 10.0, rotor_radius=80) < rotor_share(frequency, 10.0))
-
-
 def test_turbulence_has_its_mean_and_the_spectrum_it_was_made_from() -> None:
     """Mean as asked; every line of the periodogram equals S_rotor at its frequency."""
     wind = same_turbulence((12.0,), 0.15, 300.0, 7, 0.1)[0]

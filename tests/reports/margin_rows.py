@@ -6,9 +6,19 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import control
+import numpy as np
+
 from takagi.reports.margins.margins import DiskMargin, loop_margins
+from takagi.reports.margins.response import LoopResponse, continuous_response
 from takagi.reports.margins.running_over_wind import RunningMargins
-from tests.reports.control_loops import response_of
+
+
+def response_of(loop: Any) -> LoopResponse:
+    """Return the response of a strictly proper loop in continuous time."""
+    system = control.ss(loop)
+    assert not np.any(system.D)
+    return continuous_response(system.A, system.B, system.C)
 
 
 def margin_row(wind: float, loop: str, gain: float, alpha: float, **changed: Any) -> RunningMargins:
@@ -19,8 +29,6 @@ def margin_row(wind: float, loop: str, gain: float, alpha: float, **changed: Any
     loop : "torque" or "pitch".
     alpha : of the disk margin of both together.
     """
-    import control
-
     found = replace(
         loop_margins(response_of(control.tf(1, [1, 1, 0]))),
         gain_increase=gain,

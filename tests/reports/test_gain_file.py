@@ -173,6 +173,16 @@ def test_an_analysis_has_no_gain_file() -> None:
         plant_gain_file(found)
 
 
+def test_motions_from_the_proved_set_stay_in_the_box(design: PlantDesign) -> None:
+    """Corners drawn in: none leaves, all settle; a start of one's own is where it was put."""
+    data = simulation_data(simulate_plant(design))
+
+    assert 0 < data["scale"] < 1 and len(data["runs"]) == 4
+    assert not any(run["left_the_box"] or run["diverged"] for run in data["runs"])
+    (run,) = simulation_data(simulate_plant(design, starts=[{"x": 0.25}], duration=1.0))["runs"]
+    assert run["start"] == {"x": 0.25, "v": 0.0} and run["duration"] == 1.0
+
+
 def test_the_largest_command_is_that_of_the_law(design: PlantDesign) -> None:
     assert design.law is not None
     start = np.array([0.5, 0.0])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from takagi.reports.margins.margins import DiskMargin, disk_of, loop_margins, scaled_bound
 from takagi.reports.margins.response import LoopResponse, broken_loops
 from takagi.reports.margins.running_loop import LoopEquilibrium, RunningLoop
-from tests.reports.control_loops import response_of
+from tests.reports.margin_rows import response_of
 
 
 def ziegler_nichols_loop() -> Any:
@@ -133,34 +133,6 @@ def test_worst_factor_in_the_disk_is_on_the_brink() -> None:
     d = 2 * (factor - 1) / (found.alpha * (factor + 1))
 
     assert abs(d) == pytest.approx(1.0, rel=1e-9)
-
-
-@given(gain=st.floats(0.1, 3.5), size=st.floats(0.0, 0.999), angle=st.floats(0, 2 * np.pi))
-def test_every_factor_inside_the_disk_leaves_the_loop_stable(
-    gain: float, size: float, angle: float
-) -> None:
-    numerator, denominator = 25 * gain, np.array([1.0, 10.0, 10.0, 10.0])
-    found = disk_of(response_of(control.tf(numerator, denominator)))
-    d = size * np.exp(1j * angle)
-    factor = (2 + found.alpha * d) / (2 - found.alpha * d)
-    polynomial = denominator + np.array([0, 0, 0, factor * numerator])
-
-    assert np.all(np.roots(polynomial).real < 1e-9)
-
-
-@given(gain=st.floats(0.1, 3.4), lag=st.floats(0.01, 1.0))
-def test_disk_never_promises_more_than_the_classical_margins(gain: float, lag: float) -> None:
-    """Gain and phase guaranteed together are at most what each has alone."""
-    found = loop_margins(
-        response_of(control.tf(25 * gain, [1, 10, 10, 10]) * control.tf(1, [lag, 1]))
-    )
-    if not found.stable:
-        return
-
-    assert found.disk.gain_increase <= found.gain_increase * (1 + 1e-9)
-    assert found.disk.gain_decrease >= found.gain_decrease - 1e-9
-    assert found.disk.phase <= found.phase + 1e-9
-    assert found.disk.alpha >= 2 / (found.sensitivity_peak + found.complementary_peak) - 1e-9
 
 
 def random_matrices(seed: int) -> NDArray[np.complex128]:

@@ -23,14 +23,11 @@ from takagi.lmi import (
     decide,
     exact_matrices,
     exact_no,
-    hinf_norm_condition,
-    lqr_pdc_condition,
     pdc_condition,
     rigorous_no,
 )
 from takagi.lmi.condition.term import Array
-from takagi.lmi.gains.requirements.limits import limits_of
-from takagi.lmi.refutation.exact_algebra import adjoint, is_definite, is_semidefinite
+from takagi.lmi.refutation.exact_algebra import is_definite, is_semidefinite
 from takagi.models import Floats, ModelError, TSModel
 
 
@@ -356,43 +353,3 @@ def test_matrices_that_look_semidefinite_and_are_not(rows: list[list[int]]) -> N
     assert M[0, 0] * M[1, 1] - M[0, 1] ** 2 < 0
     assert not is_semidefinite(M)
     assert not is_definite(M)
-
-
-def posed(name: str, rng: np.random.Generator) -> Condition:
-    """Return a condition with blocks, slack, constants on and off the diagonal, parameters."""
-    model = TSModel(
-        rng.normal(size=(3, 2, 2)), rng.normal(size=(3, 2, 1)), C=rng.normal(size=(3, 1, 2))
-    )
-    if name == "cost":
-        return lqr_pdc_condition(model, np.eye(2), np.eye(1), deviations=[1.0, 0.3])
-    if name == "energy":
-        return hinf_norm_condition(model)
-    if name == "limits":
-        limits = limits_of(
-            2, 1, input_limit=0.7, initial_box=[0.1, 0.2], state_box=[1.0, 3.0], gain_bound=5.0
-        )
-        return pdc_condition(model, limits=limits, decay_rate=0.3)
-    return pdc_condition(model, relaxation=name, decay_rate=0.3)
-
-
-@given(
-    st.integers(0, 2**32 - 1),
-    st.sampled_from(["tuan", "kim-lee", "liu-zhang", "polya-1", "limits", "cost", "energy"]),
-)
-def test_the_integer_matrix_is_the_condition(seed: int, name: str) -> None:
-    """D sum_k <sign F_k(x), Z_k> by ``exact_matrices`` equals the product, for random x and z."""
-    rng = np.random.default_rng(seed)
-    condition = posed(name, rng)
-    read = adjoint(condition)
-    x = rng.integers(-9, 10, size=read.rows).astype(object)
-    z = rng.integers(-9, 10, size=read.columns).astype(object)
-    values, start = {}, 0
-    for unknown in condition.unknowns:
-        numbers = x[start : start + unknown.length]
-        members = np.arange(unknown.count)[:, None, None] * unknown.entries
-        values[unknown.name] = numbers[members + unknown.entry_index()]
-        start += unknown.length
-    matrices = [exact_matrices(condition, lmi, values) for lmi in condition.lmis]
-    total = sum((matrices[block.lmi][block.item] * z[block.index]).sum() for block in read.blocks)
-
-    assert total * read.denominator == read.constant @ z + x @ read.products(z)

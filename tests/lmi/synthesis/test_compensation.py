@@ -81,6 +81,14 @@ def test_units_of_states_and_inputs_do_not_matter() -> None:
     np.testing.assert_allclose(K * T / S, plain.require()[0], rtol=1e-3)
 
 
+def test_one_rule_with_two_inputs() -> None:
+    """A single linear system with two inputs is a TS model with one rule."""
+    model = TSModel([[[1.0, 2.0], [0.0, 3.0]]], [[[1.0, 0.0], [0.0, 1.0]]])
+    for relaxation in (*ALL, "polya-1"):
+        K, _ = pdc(model, relaxation=relaxation, decay_rate=1.0).require()
+        assert np.linalg.eigvals(model.A[0] - model.B[0] @ K[0]).real.max() < -1
+
+
 def test_a_gain_that_is_rounding_is_zero() -> None:
     """Two plants side by side share no state: each input's gain on the other's is exactly zero."""
     model = TSModel([np.diag([1.0, -2.0, 3.0])], np.eye(3)[:, [0, 2]], C=np.eye(3), E=np.eye(3))

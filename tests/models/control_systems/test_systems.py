@@ -111,6 +111,17 @@ def test_the_linearisation_is_the_slope_of_the_equations(name: str) -> None:
     assert found.dt == (plant.sample_time or 0)
 
 
+def test_a_model_at_rest_is_the_plant_at_rest() -> None:
+    """At the point that it is written around, the blend of the vertices is the linearisation."""
+    plant = load_plant("duffing")
+    blended, own = statespace(sector_model(plant)), statespace(plant)
+    np.testing.assert_allclose(blended.A, own.A, atol=1e-6)
+    np.testing.assert_allclose(blended.B, own.B, atol=1e-6)
+    corner = statespace(sector_model(plant), at={"x": 5.0})
+    # x^3 = x^2 x: the premise is x^2, at its upper end where x = 5.
+    assert corner.A[1, 0] == pytest.approx(-25.0, abs=1e-5)
+
+
 def test_a_turbine_s_law_keeps_its_states() -> None:
     law = BaselineLaw(load_turbine("nrel5mw"))
     system = law_system(law)

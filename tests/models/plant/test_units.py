@@ -243,3 +243,7 @@ def test_times_are_in_the_largest_unit_of_the_file_that_fits(
     assert np.isclose(number, shown[0]) and name == shown[1]
     rate, unit = rate_in_file_units(found, 1 / seconds)
     assert np.isclose(rate, 1 / shown[0]) and unit == f"1/{shown[1]}"
+
+
+def test_no_decay_is_no_time(tmp_path: Path) -> None:
+    assert rate_in_file_units(plant(tmp_path), 0.0) == (0.0, "1/s")
