@@ -21,7 +21,6 @@ def regional_models() -> tuple[TSModel, TSModel]:
 
 
 def loop_rate(law: PublishedLaw, wind: float, z: Floats, *, clip: bool = False) -> Floats:
-    """Return z' of the nonlinear design model under the law: z = (omega, beta, integrals)."""
     seen = Measurement(float(z[0]), float(z[1]), wind)
     command = law.command(z[2:], seen)
     turbine = nrel5mw()

@@ -19,7 +19,6 @@ def written(folder: Path, text: str, name: str = "plant.toml") -> Path:
 
 
 def filed_plant(folder: Path, text: str, name: str = "plant.toml") -> Plant:
-    """Return the plant of a text, which is written as a file."""
     return load_plant(written(folder, text, name))
 
 

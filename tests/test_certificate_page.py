@@ -1,8 +1,4 @@
-"""README and pages promise no more than the default certificate proves, rounded to the safe side.
-
-``docs/figures/nrel5mw-certificate.json`` is what ``takagi design nrel5mw`` wrote; it is checked
-here again.  A number of a page may be less than what is proved, and not much less.
-"""
+"""README and pages promise no more than the recorded default certificate proves."""
 
 from __future__ import annotations
 

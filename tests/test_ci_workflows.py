@@ -51,7 +51,6 @@ def github_steps(text: str) -> list[tuple[str, bool, str]]:
 
 
 def gitlab_script(text: str) -> str:
-    """Return ``script`` of the job as one shell script."""
     return "\n".join(yaml.safe_load(text)["takagi"]["script"])
 
 
@@ -79,7 +78,6 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def changed(base: Path, folder: Path, change: Callable[[Path], object]) -> Path:
-    """Return a clone with a branch on which something was changed and committed."""
     place = folder / "clone"
     git(folder, "clone", "--quiet", str(base), str(place))
     git(place, "checkout", "--quiet", "-b", "change")
@@ -90,7 +88,7 @@ def changed(base: Path, folder: Path, change: Callable[[Path], object]) -> Path:
 
 
 def nothing(_: Path) -> None:
-    """Change nothing that counts."""
+    return
 
 
 def worse(place: Path) -> None:
@@ -311,7 +309,6 @@ v = "(F - k*x + k3*x^3)/mass"
 
 
 def commands(language: str) -> list[list[str]]:
-    """Return the takagi commands of the page's blocks in a language, as arguments."""
     blocks = re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
     lines = [line for block in blocks for line in block.splitlines()]
     found = [re.search(r"(?:^|- (?:run: )?|run: )takagi (.*)$", line) for line in lines]
@@ -319,13 +316,11 @@ def commands(language: str) -> list[list[str]]:
 
 
 def shell() -> list[list[str]]:
-    """Return the three commands of the page's block for the shell."""
     return commands("sh")
 
 
 @pytest.fixture(scope="module")
 def repository(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A repository as the page wants it: plant, gains and certificate."""
     folder = tmp_path_factory.mktemp("repository")
     (folder / "plant.toml").write_text(PLANT, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch, undrawn():
@@ -358,7 +353,6 @@ def test_the_commands_of_the_page_pass(inside: Path) -> None:
 
 
 def told(edited: Path, old: str, new: str, command: list[str], capsys: Capture) -> tuple[int, str]:
-    """Run a command with one file changed; return its status and all that it prints."""
     before = edited.read_text(encoding="utf-8")
     assert old in before
     edited.write_text(before.replace(old, new, 1), encoding="utf-8")

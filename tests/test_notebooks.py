@@ -26,7 +26,6 @@ SHOWN = {
 
 
 def content_of(notebook: Path) -> Any:
-    """Return a notebook as its format's own library reads it."""
     # The library has no types for this function.
     read: Any = nbformat.read
     return read(notebook, as_version=4)

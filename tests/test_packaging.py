@@ -94,7 +94,6 @@ def test_no_address_is_named(name: str) -> None:
 
 
 def test_the_release_is_one_number_everywhere() -> None:
-    """``takagi.__version__``, the command, and the distribution."""
     program = "import takagi, takagi.models; print('takagi', takagi.__version__)"
     said = [
         subprocess.run([sys.executable, *how], capture_output=True, text=True, check=True).stdout

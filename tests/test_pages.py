@@ -69,7 +69,6 @@ def test_every_kind_of_claim_is_on_the_page() -> None:
 
 
 def rows() -> dict[str, list[str]]:
-    """Return the cells after the plant's name of the table of static output feedback."""
     text = text_of("output-feedback.md")
     table = text.split("<!-- begin table -->")[1].split("<!-- end table -->")[0]
     cells = [
@@ -317,7 +316,6 @@ def test_every_option_in_the_pages_exists() -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_every_link_leads_somewhere(page: Path) -> None:
-    """Pages and figures inside the repository."""
     text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
     targets = re.findall(r"\]\(([^)#\s]+)[^)]*\)", text)
 

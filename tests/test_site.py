@@ -18,7 +18,6 @@ def hooks() -> ModuleType:
 
 
 def beside(name: str) -> ModuleType:
-    """Return a module of docs/site, which is no package."""
     sys.path.insert(0, str(DOCS / "site"))
     try:
         return importlib.import_module(name)

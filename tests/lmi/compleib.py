@@ -32,7 +32,6 @@ class System(NamedTuple):
 
 
 def system(name: str) -> System:
-    """Return a plant with its least norms."""
     matrices, (hinf, h2) = plant(name), LEAST_NORMS[name]
     A, B1, B, C1, D12, C = (
         np.asarray(array, dtype=np.float64)

@@ -87,7 +87,6 @@ def cart_pole() -> TSModel:
 
 
 def placed(model: TSModel, poles: tuple[float, float] = (-2.0, -2.0)) -> Floats:
-    """Return K_i, (2, 1, 2), that give every rule these poles (Ackermann's formula)."""
     return np.stack([control.acker(*rule[:2], poles) for rule in model.vertices]).reshape(2, 1, 2)
 
 
@@ -139,7 +138,6 @@ def pendulum(step: float | None = None, authority: tuple[float, float] = (-0.177
 
 
 def torque_pendulum() -> TSModel:
-    """The same, moved by a torque."""
     return pendulum(authority=(-2.0, -1.0))
 
 
@@ -156,14 +154,12 @@ def blended_rates(model: TSModel, design: Design, h: Floats | None = None) -> Fl
 
 
 def gain_of(answer: Answer) -> float:
-    """Return the gain of an answer that must have one."""
     assert answer.status == "candidate", answer.diagnosis
     assert answer.gain is not None
     return answer.gain
 
 
 def cost_of(design: Design) -> float:
-    """Return the cost of a design that must have one."""
     assert design.status == "candidate", design.answer.diagnosis
     assert design.cost is not None
     return design.cost

@@ -36,7 +36,6 @@ class Seen:
 
 
 def signature_of(name: str) -> Signature:
-    """Return the signature of a public function of the layer."""
     return signature(getattr(lmi, name))
 
 
@@ -93,7 +92,6 @@ def test_the_table_is_called_with_what_makes_sense(name: str) -> None:
 
 
 def require_refused(names: Iterable[str], message: str, **changed: object) -> None:
-    """Require that each function refuses what was changed, with the message."""
     for name in names:
         with pytest.raises(ModelError) as refused:
             call(name, **changed)
@@ -185,13 +183,11 @@ def test_scales_that_make_no_sense(scales: object, message: str) -> None:
 
 
 def taking(option: str) -> list[str]:
-    """The functions that take an option."""
     return [name for name in MANY if option in signature_of(name).parameters]
 
 
 @pytest.mark.parametrize("rate", [np.nan, np.inf, "fast", 1j, True, None, np.ones(2), [0.1]])
 def test_decay_rates_that_make_no_sense(rate: object) -> None:
-    """A rate is one finite number in 1/s."""
     words = "decay_rate is .*; a finite number is needed"
     require_refused(taking("decay_rate"), words, decay_rate=rate)
 

@@ -36,7 +36,6 @@ def short_numbers(rng: np.random.Generator, *shape: int) -> Floats:
 
 
 def random_condition(seed: int) -> Condition:
-    """Return a condition with every kind of term, block, index and unknown."""
     rng = np.random.default_rng(seed)
     n, m, count = (int(k) for k in rng.integers(1, 4, 3))
     X = Unknown("X", n, n, symmetric=True, count=2)
@@ -84,7 +83,6 @@ def random_condition(seed: int) -> Condition:
 
 
 def random_values(condition: Condition, seed: int) -> dict[str, Floats]:
-    """Return short values of the unknowns, symmetric where they must be."""
     rng = np.random.default_rng(seed)
     values = {}
     for unknown in condition.unknowns:
@@ -232,7 +230,6 @@ def test_an_unknown_that_is_not_declared_is_named() -> None:
 
 
 def two_rules(sample_time: float | None = None) -> TSModel:
-    """Return a model of two states with two rules over one premise."""
     return TSModel(
         -np.ones((2, 2, 2)),
         np.ones((2, 2, 1)),

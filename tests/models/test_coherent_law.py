@@ -34,7 +34,6 @@ ERRORS = st.floats(-0.06, 0.06)
 
 
 def gains(schedule: EffortSchedule) -> EffortGains:
-    """Return gains that differ from node to node, so that a wrong node shows."""
     count = len(schedule.wind)
     return EffortGains(np.linspace(0.1, 0.5, count), np.linspace(0.01, 0.02, count - 1))
 
@@ -312,10 +311,7 @@ def test_set_points_lower_torque_first(
     speed_share: float,
     torque_share: float,
 ) -> None:
-    """Power is efficiency times torque times generator speed.
-
-    A share of the rated speed below 1 is one, a number above 1 is a speed [rad/s].
-    """
+    """A share of the rated speed below 1 is one, a number above 1 is a speed [rad/s]."""
     rated = turbine.rated_rotor_speed
     operation = with_setpoints.at_setpoints(
         speed=speed, power=power * turbine.rated_power
@@ -349,10 +345,7 @@ def test_rated_set_points_change_nothing(
 def test_speed_effort_is_that_of_the_trim_at_the_lowest_speed(
     turbine: Turbine, with_setpoints: EffortSharingLaw, wind: float
 ) -> None:
-    """At the lowest speed set-point and rated torque the law rests at that trim, x = 0.
-
-    Second way: the trim of a turbine that is de-rated to this speed.
-    """
+    """Second way: the trim of a turbine that is de-rated to this speed."""
     law = with_setpoints.at_setpoints(speed=1.05, power=9e9)
     point = trim(turbine, wind, speed_setpoint=1.05)
 

@@ -20,7 +20,6 @@ RATIONALS = st.fractions(min_value=-50, max_value=50, max_denominator=1000)
 
 @st.composite
 def intervals(draw: st.DrawFn) -> Interval:
-    """Return an interval with rational ends."""
     ends = sorted((draw(RATIONALS), draw(RATIONALS)))
     return Interval(ends[0], ends[1])
 

@@ -156,7 +156,6 @@ def _curve() -> object:
 
 
 def test_a_table_in_an_expression() -> None:
-    """The range over [0.25, 2] contains the samples and is as tight as asked."""
     wave = table_function("wave", _curve())  # type: ignore[arg-type]
     expression = wave(X) * Y + X
     box = {X: Interval.of("0.25", 2), Y: Interval.of(-1, 1)}
@@ -269,10 +268,7 @@ def test_wrong_bounds_are_refused_on_replay(expression: sp.Expr) -> None:
 
 
 def test_a_quotient_that_cancels_far_from_its_limit_too() -> None:
-    """(sin(x + y) - sin(x))/y with x known less well than y: ten boxes do where forty do not.
-
-    The retry takes the Taylor form on every box.
-    """
+    """(sin(x + y) - sin(x))/y with x known less well than y: ten boxes do where forty do not."""
     expression = (sp.sin(X + Y) - sp.sin(X) + X**2 * sp.sin(Y)) / Y
     box = {X: Interval.of(-2, 2), Y: Interval.of("0.05", "0.06")}
     found = expression_range(expression, box, most_boxes=40)
@@ -372,7 +368,6 @@ def test_ranges_do_not_depend_on_units_or_kinks(
 
 
 def scaled(seed: int) -> tuple[sp.Expr, dict[sp.Symbol, Interval]]:
-    """Return a sum of products of functions of x/s and y/t, with s and t from 1e-7 to 1e7."""
     chance = random.Random(seed)
     sizes = {s: sp.Integer(10) ** chance.randint(-7, 7) for s in (X, Y)}
     parts = [s / size for s, size in sizes.items()]
@@ -431,11 +426,7 @@ def test_a_single_exponential_or_small_ones_are_left_as_they_are() -> None:
 
 
 def test_a_quotient_of_two_arrhenius_laws_is_bounded_across_its_limit() -> None:
-    """(k1(387 + d) - k1(387) + k3(387 + d) - k3(387))/d, with the derivative at d = 0.
-
-    sympy reads these as powers 97583 and 8560 of exponentials; its greatest common divisor of the
-    numerator asked for numbers of more than 2^36 bits, and the process ended.
-    """
+    """Powers 97583 and 8560 of exponentials in sympy: a common divisor of 2^36 bits."""
     d = sp.Symbol("d", real=True)
     rates = 1287 * 10**9 * FIRST + 9043 * 10**6 * SECOND + c * FIRST * SECOND
     quotient = (rates.subs(T, 387 + d) - rates.subs(T, 387)) / d

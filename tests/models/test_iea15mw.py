@@ -101,10 +101,7 @@ def test_an_aeroelastic_code_agrees(
 
 
 def test_the_torque_curve_is_near_the_tables() -> None:
-    """K of the DTU Basic Controller has its efficiency in it: within 4 % of the table's times it.
-
-    The table's own, at smallest pitch, is rho pi R^5 c_P / (2 lambda^3).
-    """
+    """Within 4 % of efficiency times rho pi R^5 c_P / (2 lambda^3) at smallest pitch."""
     turbine = iea()
     own = optimal_torque_constant(turbine)
 

@@ -39,7 +39,6 @@ FREE = 2.0  # a variable without a range is drawn from [-2, 2]
 
 
 def side(variable: Variable) -> tuple[float, float] | None:
-    """Return the range of the deviation from rest."""
     found = variable.range
     if found is None:
         return None
@@ -47,10 +46,7 @@ def side(variable: Variable) -> tuple[float, float] | None:
 
 
 def test_every_plant_of_the_library_is_tested_here() -> None:
-    """A new file needs its equations, written again by hand, in this file.
-
-    Those with two actuators behind a blend have them in ``blending/test_library_blends``.
-    """
+    """Those with two actuators behind a blend are in ``blending/test_library_blends``."""
     plants = {name for name, _ in built_in_models() if isinstance(load_model(name), Plant)}
 
     assert plants == set(FIELDS) | BLENDED | ELSEWHERE
@@ -77,7 +73,6 @@ def test_the_model_equals_the_equations_of_the_literature(name: str, shares: lis
 
 @pytest.mark.parametrize("name", FIELDS)
 def test_number_of_rules(name: str) -> None:
-    """As docs/models.md has them."""
     assert len(model_of(name).rules) == FIELDS[name][0]
     assert model_of(name).derivation is not None
     assert model_of(name).derivation.exactness == "checked symbolically"  # type: ignore[union-attr]
@@ -91,10 +86,7 @@ LARGE = {"flexible_link"}
     "name", [pytest.param(n, marks=pytest.mark.slow if n in LARGE else ()) for n in FIELDS]
 )
 def test_bounds_hold_all_samples_and_little_more(name: str, reduced: bool) -> None:
-    """Extrema on a grid are inside, and at most 1 % of the range is beyond them.
-
-    Of that, 0.1 % is what the bounds may exceed the range by; the grid misses the rest.
-    """
+    """Extrema on a grid are inside, and at most 1 % of the range is beyond them."""
     if reduced and name in LARGE:
         pytest.skip("takes a minute: without TAKAGI_REDUCED")
     plant, model = plant_of(name), model_of(name)

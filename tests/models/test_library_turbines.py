@@ -75,7 +75,6 @@ def case(name: str, region: str) -> Case:
 
 
 def test_every_turbine_of_the_library_is_tested_here() -> None:
-    """The NREL 5-MW and the IEA 15-MW reference turbines."""
     assert TURBINES == ["iea15mw", "nrel5mw"]
 
 
@@ -109,7 +108,6 @@ def test_the_model_equals_the_plant(
 
 @lru_cache
 def sampled(name: str, region: str) -> list[Floats]:
-    """Return each premise's slope, per inertia, at many points of its part of the tube."""
     found = case(name, region)
     chance = np.random.default_rng(7)
     shares = chance.choice([-1, -0.5, 0, 0.5, 1], (4, 40_000)).astype(float)
@@ -166,14 +164,12 @@ POINTS = st.tuples(st.floats(1.0, 1.3), st.floats(0.01, 0.35), st.floats(9.0, 22
 
 
 def at(point: tuple[float, float, float]) -> tuple[Interval, Interval, Interval]:
-    """Return a point as three intervals without width."""
     omega, beta, v = (Interval.of(value) for value in point)
     return omega, beta, v
 
 
 @lru_cache
 def band() -> OperatingBand:
-    """Return a tube across rated wind."""
     return operating_band(
         nrel5mw(), (10.0, 13.0), speed_band="0.1", pitch_band="0.02", wind_band="0.5"
     )

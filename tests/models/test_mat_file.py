@@ -62,14 +62,12 @@ B1 = np.array([[0.0], [1.0]])
 
 
 def cells(matrices: Any) -> Any:
-    """Return a MATLAB cell array."""
     made = np.empty((1, len(matrices)), dtype=object)
     made[0, :] = list(matrices)
     return made
 
 
 def struct_array(**members: Any) -> Any:
-    """Return a MATLAB struct array, one entry a rule."""
     made = np.zeros((1, 2), dtype=[(name, "O") for name in members])
     for name, values in members.items():
         made[name][0, :] = list(values)

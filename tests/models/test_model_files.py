@@ -22,7 +22,6 @@ KINDS = 'a model file says kind = "plant" or kind = "turbine" above its first se
 
 
 def refused(folder: Path, text: str) -> str:
-    """Return the message about a file, without the folder that it is in."""
     path = folder / "model.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ModelError) as told:

@@ -65,7 +65,6 @@ def make_law(
     shape: Shape = "smooth",
     uniform: bool = False,
 ) -> PublishedLaw:
-    """Return the law with made-up gains and a filter of choice."""
     partial, full = schedules(uniform)
     coupling = coupling_filter(
         TURBINE, placement=placement, speed_overlap=speed_overlap, variant=variant, shape=shape
@@ -307,10 +306,7 @@ def test_the_law_feels_the_filtered_reference() -> None:
 
 
 def test_in_region_2_it_is_a_filter_on_the_wind() -> None:
-    """Where omega_ref = lambda v / R, filtering the reference is filtering the wind estimate.
-
-    That is where the effort-sharing law's filter stands: both references agree to rounding.
-    """
+    """Where omega_ref = lambda v / R, filtering the reference is filtering the wind estimate."""
     law = make_law()
     filtered: Law = FilteredReferenceLaw(law, ReferenceFilter(5.0))
     state, wind = filtered.initial_state(7.0), 7.0

@@ -16,19 +16,16 @@ from takagi.models.turbine.trim import rated_wind
 
 @lru_cache
 def model() -> TSModel:
-    """Return the default model of the NREL 5-MW turbine."""
     return partial_load_model(nrel5mw())
 
 
 def side(name: str) -> tuple[float, float]:
-    """Return one side of the model's box as floats."""
     lower, upper = model().box[name]
     return float(lower), float(upper)
 
 
 @lru_cache
 def band() -> OperatingBand:
-    """Return the tube that the default model is built on."""
     low, high = side("wind estimate [m/s]")
     return operating_band(nrel5mw(), (low, high), speed_band="0.1", pitch_band=0, wind_band="0.5")
 

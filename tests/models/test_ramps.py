@@ -123,18 +123,15 @@ variants = st.sampled_from(get_args(Variant))
 
 
 def matrix(law: CouplingFilter, speed: float, torque: float) -> Floats:
-    """Return F = sum_m h^a_m F_m, (2, 2)."""
     return np.asarray(np.tensordot(law.memberships(speed, torque), law.corners, axes=1))
 
 
 def torque_factor(law: CouplingFilter, torque: Floats) -> Floats:
-    """Return f_2(T_g), the convex sum of its corners."""
     return np.asarray(np.tensordot(law.torque_corners, law.torque_weights(torque), axes=1))
 
 
 @st.composite
 def filters(draw: st.DrawFn) -> CouplingFilter:
-    """Filters of the reference turbine over the overlaps that somebody might try."""
     return coupling_filter(
         TURBINE,
         speed_overlap=draw(st.floats(0.01, 0.4)),

@@ -116,7 +116,6 @@ def test_what_is_sent_moves_no_faster_than_its_limits(law: EffortSharingLaw) -> 
 
 
 def run(law: EffortSharingLaw | SampledLaw, turbine: Turbine) -> History:
-    """Return 30 s across rated wind on the validation plant."""
     wind = same_turbulence((12.0,), 0.15, 30.0, 2)[0]
     return simulate(validation_plant(turbine), law, wind)
 

@@ -26,8 +26,6 @@ from tests.winds import constant_wind
 
 @dataclass(frozen=True)
 class Held:
-    """A law that always asks for the same."""
-
     torque: float
     pitch: float
     name: str = "held"
@@ -46,7 +44,6 @@ class Held:
 def baseline_run(
     plant: SimulatedTurbine, *, time_step: float = 0.02, sample: float = 0.04
 ) -> History:
-    """Return 60 s of the reference's controller across rated wind."""
     wind = same_turbulence((12.0,), 0.15, 60.0, 2)[0]
     law = SampledLaw(BaselineLaw(plant.turbine), sample)
     return simulate(plant, law, wind, time_step=time_step)

@@ -35,13 +35,11 @@ def derivative(
 
 
 def stiff(**parts: Any) -> SimulatedTurbine:
-    """Return the rich plant of the NREL 5-MW turbine with only these parts beside the drive."""
     none = {"tower": False, "torsion": False, "wake": False, "flap": False, "torque_lag": 0.0}
     return validation_plant(nrel5mw(), **(none | parts))
 
 
 def jacobian(plant: SimulatedTurbine, wind: float) -> Floats:
-    """Return the derivative of the right-hand side by the state, by central differences."""
     state, point = plant.initial_state(wind)
     columns = []
     for place in range(len(state)):
@@ -137,10 +135,7 @@ def test_every_plant_rests_at_its_initial_state(wind: float) -> None:
 
 @pytest.mark.parametrize("corner", [8.0, 30.0])
 def test_the_band_stop_on_the_measured_speed(corner: float) -> None:
-    """(s^2 + 2 p w s + w^2)/(s + w)^2 and the low-pass, from speed to what is read.
-
-    At w the share p passes; above it the phase is ahead, below it behind.
-    """
+    """(s^2 + 2 p w s + w^2)/(s + w)^2 and the low-pass: at w the share p passes."""
     stop = SpeedFilter(corner, 9.3, 0.2)
     plant = validation_plant(nrel5mw(), torsion=False, speed_filter=stop)
     state, at = plant.initial_state(14.0)
@@ -176,10 +171,7 @@ def test_a_filter_that_is_none(given: tuple[float, ...], words: str) -> None:
 
 
 def test_tower_and_shaft_modes() -> None:
-    """0.324 Hz fore-aft and 1.64 Hz torsion, as in OpenFAST; 2.22 Hz with the shaft alone.
-
-    Aerodynamic damping widens the tower's share to several per cent, its frequency stays.
-    """
+    """0.324 Hz fore-aft and 1.64 Hz torsion, as in OpenFAST; 2.22 Hz with the shaft alone."""
     turbine = nrel5mw()
     eigenvalues = np.linalg.eigvals(jacobian(stiff(tower=True, torsion=True), 14.0))
     waves = np.sort(np.abs(eigenvalues[eigenvalues.imag > 1e-3])) / (2 * np.pi)

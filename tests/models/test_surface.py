@@ -26,7 +26,6 @@ def cubic(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def polynomial_surface() -> Surface:
-    """Return the spline through samples of ``cubic``."""
     return interpolate(X, Y, cubic(X[:, None], Y), name="cubic")
 
 
@@ -43,7 +42,6 @@ def boxes() -> st.SearchStrategy[tuple[Interval, Interval]]:
 
 
 def samples(box: tuple[Interval, Interval], count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a grid of points of the box that includes its edges."""
     x, y = (np.linspace(float(side.lower), float(side.upper), count) for side in box)
     return x[:, None], y[None, :]
 
@@ -128,7 +126,6 @@ def test_outside_is_refused_with_the_range() -> None:
 
 
 def test_clip_holds_the_edge_value() -> None:
-    """clip=True returns the value at the nearest point of the table."""
     torque = nrel5mw().torque
 
     assert float(torque(20.0, 1.0, clip=True)) == float(torque(14.5, torque.y_range[1]))

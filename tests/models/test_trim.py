@@ -226,7 +226,6 @@ def test_what_is_not_changed(turbine: Turbine) -> None:
 
 
 def told(turbine: Turbine, torque: float, speed: float) -> tuple[float, float]:
-    """Return the least torque [N m] and the largest speed [rad/s] that the refusal names."""
     with pytest.raises(ModelError, match="pitch cannot shed yet") as refused:
         derated(turbine, torque, speed_setpoint=speed)
     found = re.search(r"raise the torque to (\S+) N m .*to (\S+) rpm", str(refused.value))

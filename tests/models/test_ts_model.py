@@ -15,12 +15,10 @@ from takagi.models import ModelError, Premise, TSModel
 
 
 def two_premises() -> tuple[Premise, ...]:
-    """Return two varying premises around a constant one."""
     return Premise("z1", -1, 2), Premise("k", 3, 3), Premise("z2", "0.1", 0.3)
 
 
 def four_rules() -> TSModel:
-    """Return four rules of a 2-state model whose vertex matrices differ in every entry."""
     return TSModel(
         np.arange(16.0).reshape(4, 2, 2), np.ones((2, 1)), premises=two_premises(), name="four"
     )

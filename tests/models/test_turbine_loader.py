@@ -25,8 +25,6 @@ Edit = Callable[[str, str], Path]
 
 @pytest.fixture
 def edited(tmp_path: Path) -> Edit:
-    """Return a function that copies the NREL files with one text replaced, in TOML or c_P table."""
-
     def copy(old: str, new: str) -> Path:
         for name in ("nrel5mw.toml", "nrel5mw_cp.csv", "nrel5mw_ct.csv"):
             shutil.copy(data_folder() / name, tmp_path / name)
@@ -150,7 +148,6 @@ def test_all_that_is_missing_is_named_at_once(edited: Edit) -> None:
 
 @pytest.fixture
 def bare(edited: Edit) -> Path:
-    """Return the NREL file without the reference's controller and its frozen wake."""
     path = edited("[rotor]", "[rotor]")
     text = path.read_text(encoding="utf-8")
     for section in ("baseline", "frozen_wake"):

@@ -21,12 +21,10 @@ PITCH_BAND = 0.034907
 
 @lru_cache
 def model() -> TSModel:
-    """Return the default error system of the NREL 5-MW turbine."""
     return wind_observer_model(nrel5mw())
 
 
 def observer() -> WindObserver:
-    """Return an observer whose error poles at d = 0.02 are at -0.4 +- 0.2j rad/s."""
     return WindObserver(nrel5mw(), 0.8, 10.0)
 
 

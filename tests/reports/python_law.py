@@ -26,7 +26,6 @@ class FilteredSpeed:
         self.inputs, self.outputs = [speed] * 2, [speed] * 3
 
     def __call__(self, measured: float) -> float:
-        """Return what is read at this sample."""
         inputs = [measured, *self.inputs]
         found = float(self.numerator @ inputs - self.denominator[1:] @ self.outputs)
         self.inputs, self.outputs = inputs[:2], [found, *self.outputs[:2]]
@@ -43,7 +42,6 @@ class PythonLaw:
         self._started, self._design = False, design
 
     def sample(self, measured: float, pitch: float, guess: float) -> Command:
-        """Return what is sent."""
         T = self._program.sample_time
         if not self._started:
             assert self._design.speed_filter is not None

@@ -29,7 +29,6 @@ HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|>"
 
 @pytest.fixture(scope="module")
 def design(turbine_design: TurbineDesign) -> TurbineDesign:
-    """The default design of the NREL 5-MW turbine."""
     return turbine_design
 
 
@@ -48,7 +47,6 @@ def body(files: dict[str, bytes | str]) -> str:
 
 @pytest.fixture(scope="module")
 def paper_files(design: TurbineDesign) -> dict[str, bytes | str]:
-    """The appendix of the published law."""
     with pytest.MonkeyPatch.context() as patch:
         undrawn(patch)
         claim = {"name": HOSTILE, "kind": "other", "P": [[2.5, -0.125], [-0.125, 1]], "winds": "12"}
@@ -64,14 +62,12 @@ def undrawn(patch: pytest.MonkeyPatch) -> None:
 
 
 def plain(cell: str) -> str:
-    """A table cell without the marks of mathematics."""
     return (
         re.sub(r"\\ensuremath\{([^{}]*)\}", r"\1", cell).replace(r"\rlap{$^\dagger$}", "").strip()
     )
 
 
 def table(body: str, label: str) -> list[list[str]]:
-    """The rows of the table with this label, all pieces of it, as plain cells."""
     rows = []
     start = body.index(rf"\label{{{label}}}")
     while True:

@@ -27,7 +27,6 @@ HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|> K\"uhn Kühn"
 
 @pytest.fixture(scope="module")
 def design(turbine_design: TurbineDesign) -> TurbineDesign:
-    """The default design of the NREL 5-MW turbine."""
     return turbine_design
 
 
@@ -49,7 +48,6 @@ def _few_margins() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def files(design: TurbineDesign) -> dict[str, bytes | str]:
-    """The effort-sharing law, with its theorems and all tables."""
     return appendix_files(design)
 
 

@@ -38,7 +38,6 @@ HALVES = {"name": "line", "kind": "decay", "P": [[1, 0], [0, 1]]}
 def document(
     *claims: Data, A: Any = ((-1.0, 0.0), (0.0, -2.0)), configuration: Any = None, **model: Any
 ) -> Data:
-    """Return a certificate of x1' = -x1, x2' = -2 x2 without inputs, or of another matrix."""
     names = ["angle [rad]", "rate [rad/s]"]
     kind = {"kind": "takagi-sugeno", "sample_time": None, "state_names": names}
     return certificate_document(
@@ -61,13 +60,11 @@ def test_two_plants_are_not_compared() -> None:
 
 
 def ellipsoid(level: float, **more: Any) -> Data:
-    """Return the claim that {x1^2 + x2^2 <= level} is invariant."""
     own = {"name": "set", "kind": "invariant-ellipsoid", "P": [[1, 0], [0, 1]]}
     return {**own, "level": level, "multiplier": 0.5, **more}
 
 
 def against(old: Data, new: Data, tolerance: str = "0.05") -> CertificateComparison:
-    """Compare two documents that the checker has replayed."""
     first, second = (read_text(json.dumps(one), "test") for one in (old, new))
     return compare_certificates(
         first,
@@ -390,7 +387,6 @@ def test_a_claim_is_lost_in_one_design_and_the_reports_are_linked(tmp_path: Path
 
 
 def damaged(folder: Path, **members: object) -> Path:
-    """Change members of a certificate."""
     file = folder / "certificate.json"
     document = json.loads(file.read_text(encoding="utf-8")) | members
     file.write_text(json.dumps(document), encoding="utf-8")
@@ -401,7 +397,6 @@ def damaged(folder: Path, **members: object) -> Path:
 def test_what_cannot_be_compared_is_refused_in_one_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], which: str
 ) -> None:
-    """Status 2, what to do, and no page."""
     base, other = design(tmp_path / "base", 0.8), tmp_path / "other"
     cure = "takagi design MODEL --out DIR"
     if which == "plant":

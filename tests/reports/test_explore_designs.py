@@ -45,7 +45,6 @@ def pendulum(tmp_path_factory: pytest.TempPathFactory) -> PlantFile:
 
 @pytest.fixture(scope="module")
 def first(pendulum: PlantFile, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the design without options."""
     folder = tmp_path_factory.mktemp("cache") / "first"
     assert cell_of(pendulum, folder)["proved"]
     return folder
@@ -86,7 +85,6 @@ def test_a_kept_design_is_checked_again_and_not_made_again(
 
 
 def damage_gains(folder: Path) -> None:
-    """Make the law another one in all files that have it."""
     for name in ("gains.json", "certificate.json", "design.json"):
         path = folder / name
         document = json.loads(path.read_text(encoding="utf-8"))

@@ -47,7 +47,6 @@ MAKERS: dict[str, Callable[[], Figure]] = {}
 
 
 def maker(make: Callable[[], Figure]) -> Callable[[], Figure]:
-    """Register a figure under the name of its function."""
     MAKERS[make.__name__.replace("_", "-")] = make
     return make
 
@@ -64,7 +63,6 @@ def bode() -> Figure:
 
 
 def response_line(label: str, time: NDArray[np.float64]) -> ResponseLine:
-    """A wind step and first-order answers."""
     answer = 1 - np.exp(-np.clip(time - 20, 0, None) / 3)
     wind = np.where(time < 20, 10.0, 13.0)
     return ResponseLine(label, wind, 0.1 * answer, 4e4 * answer, 1.2 + 0 * time, 5e6 * answer)
@@ -115,7 +113,6 @@ SHOWN = [
 
 @cache
 def pictured(name: str) -> Pictured:
-    """Return one picture for all tests that only look at it."""
     from matplotlib.text import Text
 
     figure = MAKERS[name]()
@@ -311,10 +308,7 @@ def test_the_table_is_in_the_file_s_units_and_absent_without_a_set() -> None:
 
 @pytest.mark.parametrize("disturbed", [False, True])
 def test_one_state_settles_as_its_pole_says(*, disturbed: bool) -> None:
-    """x' = u = -2 x: the set is all of |x| <= 1, and 2 % are reached after ln(50) / 2.
-
-    So it is with a disturbance that stays at rest.
-    """
+    """x' = -2 x: all of |x| <= 1, 2 % after ln(50) / 2, also beside a disturbance at rest."""
     W = Symbol("W", real=True)
     plant = Plant(
         equations=(U + W if disturbed else U,),

@@ -219,7 +219,6 @@ def test_order_in_the_file_does_not_depend_on_the_hash_seed(tmp_path: Path) -> N
 
 @pytest.fixture
 def joint(turbine_design: TurbineDesign) -> TurbineDesign:
-    """The shared design as if its gains had been found in two joint steps."""
     law, candidate = turbine_design.effort_sharing_law, turbine_design.candidate
     assert law is not None and candidate is not None
     before = ReachedValues(0.1894, 0.04, 0.01695)

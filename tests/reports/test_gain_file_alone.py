@@ -42,14 +42,12 @@ PAGE = (Path(__file__).parents[2] / "docs" / "gain-file.md").read_text(encoding=
 
 @cache
 def code() -> str:
-    """Return the page's block with the controller."""
     found = re.search(r"<!-- a test runs this block .*?-->\n```python\n(.*?)```", PAGE, re.DOTALL)
     assert found is not None
     return found[1]
 
 
 def controller(path: Path, *programs: str) -> Any:
-    """Return the page's controller for a file; for the named programs alone, or all."""
     room: dict[str, Any] = {}
     exec(code(), room)
     return room["Controller"](path, programs)
@@ -75,10 +73,7 @@ PLANTS = [
 
 @cache
 def plant_law(name: str) -> tuple[Plant, PdcLaw]:
-    """Return a built-in plant with gains of no meaning that differ from rule to rule.
-
-    Of a blended plant they differ only with what a law knows.
-    """
+    """Gains of no meaning that differ from rule to rule, of a blend only with what a law knows."""
     plant, model = plant_of(name), library_model(name)
     r, n, m = model.B.shape
     rng = np.random.default_rng(11)
@@ -92,7 +87,6 @@ def plant_law(name: str) -> tuple[Plant, PdcLaw]:
 
 
 def plant_file(name: str, folder: Path) -> Path:
-    """Write the gain file of ``plant_law``, as a design would."""
     plant, law = plant_law(name)
     data = plant_data(law.model)
     gains = pdc_law_data(law.model, law.gains) | law_members(data)
@@ -109,7 +103,6 @@ def written(document: Any, folder: Path) -> Path:
 
 
 def states_of(law: PdcLaw) -> list[np.ndarray[Any, np.dtype[np.float64]]]:
-    """Return states at rest, all around it, from a hair off rest to far outside the box."""
     rng, model = np.random.default_rng(3), law.model
     sides = [model.box.get(label, (1, 1)) for label in model.states]
     half = np.array([max(abs(float(end)) for end in side) for side in sides])
@@ -164,7 +157,6 @@ def test_the_effort_of_a_blend_is_added_up(tmp_path: Path) -> None:
 
 
 def turbine_file(design: TurbineDesign, law: Law, folder: Path) -> Path:
-    """Write the gain file of a law, with the observer of a design and a start of no meaning."""
     coherent = isinstance(law, EffortSharingLaw)
     gains = effort_sharing_law_data(law) if coherent else published_law_data(law)  # type: ignore[arg-type]
     document = certificate_document(
@@ -235,10 +227,7 @@ def laws(turbine_design: TurbineDesign) -> Mapping[str, Law]:
 def test_a_turbine_s_law_sample_by_sample(
     name: str, laws: Mapping[str, Law], turbine_design: TurbineDesign, tmp_path: Path
 ) -> None:
-    """Winds from below cut-in to above cut-out, speeds around the trim and far from it.
-
-    The states of both run on by themselves from sample to sample.
-    """
+    """Winds from below cut-in to above cut-out, speeds around the trim and far from it."""
     law, top = laws[name], turbine_design.turbine.rated_torque
     run = controller(turbine_file(turbine_design, law, tmp_path), "law")
     kept, shut = [entry["name"] for entry in run.parts[0]["keep"]], 0

@@ -47,10 +47,7 @@ SECTIONS = (
 
 @pytest.fixture(scope="module")
 def files(turbine_design: TurbineDesign) -> dict[str, bytes | str]:
-    """The whole folder of the shared design: short responses, and margins at four winds.
-
-    That they are found between these winds is tested in ``test_margin_search``.
-    """
+    """The whole folder of the shared design: short responses, and margins at four winds."""
     with unsettled() as patch:
         patch.setattr(running_over_wind, "FINE", 11.0)
         patch.setattr(measuring, "DURATION", 60.0)
@@ -92,7 +89,6 @@ def test_page_is_well_formed_and_self_contained(html: str) -> None:
 
 
 def test_sections_in_order_with_headings(page: HtmlPage) -> None:
-    """All sections stand in their order, the verdict first; one h1, and no level is skipped."""
     sections = [attributes["id"] for attributes in page.all("section")]
     levels = [int(tag[1]) for tag, _ in page.tags if re.fullmatch(r"h[1-6]", tag)]
 
@@ -236,7 +232,6 @@ def test_a_list_cut_short_leaves_nothing_proved(turbine_design: TurbineDesign) -
 
 
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:
-    """The shared design with the published law in place of its own."""
     return with_published_law(
         design,
         settings=DesignSettings(law="paper"),

@@ -177,10 +177,7 @@ def test_the_default_law_has_margins_and_not_any(
     monkeypatch: pytest.MonkeyPatch,
     reduced: bool,
 ) -> None:
-    """The NREL 5-MW default, from the files of its design: PROVED, and status 1 above a margin.
-
-    Each loop is measured once, for both thresholds; reduced, every 4 m/s.
-    """
+    """The NREL 5-MW default: PROVED, status 1 above a margin; every 4 m/s where reduced."""
     from takagi.certificates.document.certificate_file import dumps
     from takagi.reports.gains_file.envelope import dump_gains, gain_file
 

@@ -24,7 +24,6 @@ def ziegler_nichols_loop() -> Any:
 
 
 def is_stable(loop: Any) -> bool:
-    """Whether the loop is stable when closed, from the poles alone."""
     return bool(np.all(control.feedback(loop, 1).poles().real < 0))
 
 
@@ -179,7 +178,6 @@ def test_disk_of_size_two_and_more_has_no_upper_gain() -> None:
 
 
 def scalar_loop(A: Any, B: Any, C: Any, period: float = 0.1) -> LoopResponse:
-    """A loop at the torque alone; the pitch does nothing."""
     size = len(A)
     entry, answer = np.zeros((size, 2)), np.zeros((2, size))
     entry[:, 0], answer[0] = B, C

@@ -37,7 +37,6 @@ def failing(code: int, *, after: int = 0) -> Callable[..., Any]:
 
 
 def tree(folder: Path) -> dict[str, bytes]:
-    """Every file under a folder, hidden ones too."""
     return {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in folder.rglob("*")
@@ -133,7 +132,6 @@ def test_a_folder_in_the_way_of_a_file_stops_all(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["../a", "/a", "", "b/../../a"])
 def test_a_name_outside_the_folder_is_refused(tmp_path: Path, name: str) -> None:
-    """Names come from code, so this is a fault of the caller, not of the disk."""
     with pytest.raises(ValueError, match="relative to the folder"):
         write_folder(tmp_path / "out", {name: "x"})
 
@@ -245,7 +243,6 @@ def test_a_refused_file_is_a_failure_in_each_format() -> None:
 
 
 def test_claims_of_one_name_are_told_apart() -> None:
-    """Two sets in one certificate have one name: readers would show the last one alone."""
     claims = [Claim("set", verdict, "") for verdict in (Verdict.PROVED, Verdict.UNDECIDED)]
     checked = concluded([*claims, Claim("set (2)", Verdict.PROVED, "")], [])
 

@@ -118,10 +118,7 @@ def test_the_same_design_gives_the_same_bytes() -> None:
     ],
 )
 def test_the_appendix_compiles(name: str, paper: str, tmp_path: Path, reduced: bool) -> None:
-    """Sixteen rules, long coefficients, a mass matrix, discrete time, an analysis, an observer.
-
-    Reduced: long coefficients, discrete time and an analysis, in the quicker designs.
-    """
+    """Sixteen rules, long coefficients, a mass matrix, discrete time, an analysis, an observer."""
     if reduced and (name in ("cart_pole", "tora") or paper in ("article", "IEEEtran")):
         pytest.skip("reduced: neither the longest matrices nor the wider columns")
     if reduced and paper != "IEEEtran, two columns" and name != "dc_servo":

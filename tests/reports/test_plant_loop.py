@@ -322,7 +322,6 @@ def pendulum() -> PlantDesign:
 
 
 def integrated(start: tuple[float, float], load: float, end: float) -> Any:
-    """Return times and (x, v, estimate) from scipy alone, the load a step at 0.5 s."""
     law = pendulum().output_law
     assert law is not None
 

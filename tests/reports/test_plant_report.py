@@ -46,13 +46,11 @@ FIGURES = {"memberships", "bode", "responses", "phase"}
 
 @cache
 def report_of(name: str) -> ReportFiles:
-    """The report of a built-in plant, made once."""
     with unsettled():
         return plant_report_files(design_of(name))
 
 
 def doubted(design: PlantDesign) -> PlantDesign:
-    """The same, if the checker had not been able to prove anything."""
     claims = [Claim(c.name, Verdict.UNDECIDED, "a reason") for c in design.checked.claims]
     certificate = replace(design.certificate, checked=concluded(claims, ["a message"]))
     return replace(design, certificate=certificate)

@@ -55,13 +55,12 @@ def fewer_cures(
 
 
 def with_tower(frequency: float) -> Turbine:
-    """The 5-MW turbine with another tower mode [rad/s]; its own has 2.04."""
     return replace(TURBINE, tower_stiffness=frequency**2 * TURBINE.tower_mass)
 
 
 def unstable_loop(turbine: Turbine, settings: DesignSettings) -> UnstableLoop | None:
     def silent(step: str) -> None:
-        """Show no progress."""
+        return
 
     loops = running_stability.loops_of(turbine, settings, silent)
     return running_stability.unstable_loop(loops, settings, silent)
@@ -107,10 +106,7 @@ def test_gains_do_not_depend_on_the_wind_filter() -> None:
 
 
 def test_a_loop_that_a_covered_plant_makes_unstable_is_refused() -> None:
-    """At 0.7 rad/s the loop of the file is stable; with less inertia and a frozen wake it is not.
-
-    By ``running_margins``, which finds the poles of each plant for itself.
-    """
+    """At 0.7 rad/s the file's loop is stable; with less inertia and a frozen wake it is not."""
     soft = with_tower(0.7)
     settings = default_settings(soft)
 

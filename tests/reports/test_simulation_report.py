@@ -74,15 +74,12 @@ class Wild:
     state_names = ("state [-]",)
 
     def initial_state(self, wind: float) -> NDArray[np.float64]:
-        """Return a state that is still a number."""
         return np.zeros(1)
 
     def command(self, state: ArrayLike, measurement: Measurement) -> Command:
-        """Return rated torque and fine pitch."""
         return Command(TURBINE.rated_torque, 0.0)
 
     def state_rate(self, state: ArrayLike, measurement: Measurement) -> NDArray[np.float64]:
-        """Return no number."""
         return np.array([np.inf])
 
 
@@ -101,7 +98,6 @@ def broken() -> Simulation:
 
 
 def record(simulation: Simulation, index: int) -> History:
-    """The record of a run that reached its end."""
     history = simulation.runs[index].history
     assert history is not None
     return history
@@ -230,7 +226,6 @@ def turbulence(duration: float = 20.0) -> WindSeries:
 def both(
     plant: SimulatedTurbine, name: str, wind: WindSeries, *, observed: bool = True, late: float = 0
 ) -> tuple[History, History]:
-    """Return the record of the compiled loop and that of the loop in Python."""
     observer = OBSERVER if observed and name != "baseline" else None
     compiled = compiled_law(TURBINE, law(name), observer)
     assert compiled is not None
@@ -353,7 +348,6 @@ FORMULAS = (
 
 
 def machine(formula: str, near: tuple[Near, ...] = ()) -> ControllerProgram:
-    """Return a law that sends a formula as its torque, and keeps it and what it kept before."""
     draw = np.random.default_rng(7)
     coefficients = draw.uniform(-1, 1, (6, 6)).round(3).tolist()
     rows = tuple(tuple(Decimal(str(c)) for c in row) for row in coefficients)
@@ -385,7 +379,6 @@ def machine(formula: str, near: tuple[Near, ...] = ()) -> ControllerProgram:
 
 
 def executed(program: ControllerProgram, samples: list[dict[str, float]]) -> list[float]:
-    """Return the torque of the machine at each sample."""
     code = instructions(program)
     memory, sent = code.memory.copy(), []
     for given in samples:

@@ -32,7 +32,6 @@ from takagi.models import Floats, ModelError, TSModel
 
 
 def fraction_array(rows: object) -> Array:
-    """Return an array of Fractions from nested lists of numbers or strings."""
     given_ = np.array(rows, dtype=object)
     exact = np.empty(given_.shape, dtype=object)
     for index, entry in np.ndenumerate(given_):
@@ -57,7 +56,6 @@ def fixed_gain_loops(b: Fraction, a: Fraction = Fraction(1)) -> Array:
 
 
 def exactly_holds(condition: Condition, values: dict[str, Floats]) -> bool:
-    """Return whether the values satisfy every LMI over the rationals."""
     return all(
         (is_definite if lmi.strict else is_semidefinite)(F)
         for lmi in condition.lmis
@@ -123,7 +121,6 @@ def test_a_parameter_counts_as_the_rational_that_is_given() -> None:
     ],
 )
 def test_a_vertex_that_is_not_stable_is_ruled_out(A: list[list[float]]) -> None:
-    """Also where its multiplier would have to be irrational."""
     stable = np.diag([-1.0, -2.0])
     alternative = rigorous_no(common_lyapunov(np.array([stable, A])))
 
@@ -255,7 +252,6 @@ def test_a_positive_constant_is_no_contradiction() -> None:
 
 
 def interval(lower: float, upper: float, weight: float) -> Condition:
-    """Return lower <= x <= upper as two LMIs of width 1."""
     x = Unknown("x", 1, 1)
     one = np.ones((1, 1, 1))
 
@@ -296,11 +292,7 @@ def integer_pairs(draw: st.DrawFn) -> Array:
 
 @given(integer_pairs())
 def test_never_both_a_proof_and_a_solution(A: Floats) -> None:
-    """And away from the threshold the proof agrees with Shorten and Narendra (2002).
-
-    Two stable 2 x 2 matrices have a common P exactly when neither A1 A2 nor A1 A2^-1 has a
-    negative real eigenvalue.
-    """
+    """Shorten and Narendra (2002): a common P iff neither A1 A2 nor A1 A2^-1 has one below zero."""
     condition = common_lyapunov_condition(A)
     outcome = decide(condition)
     proof_ = exact_no(condition, outcome.multipliers)
@@ -347,7 +339,6 @@ def test_definiteness_is_exact_whatever_the_size_of_the_entries(data: st.DataObj
     ],
 )
 def test_matrices_that_look_semidefinite_and_are_not(rows: list[list[int]]) -> None:
-    """Their determinants are negative."""
     M = fraction_array(rows)
 
     assert M[0, 0] * M[1, 1] - M[0, 1] ** 2 < 0

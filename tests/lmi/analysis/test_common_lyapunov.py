@@ -91,7 +91,6 @@ def test_a_no_carries_multipliers_that_show_it() -> None:
 
 
 def test_many_vertices_are_all_looked_at() -> None:
-    """Solved with few of 3000 vertices, P still holds at every one; one bad vertex is found."""
     rng = np.random.default_rng(1)
     A = rng.standard_normal((5, 5)) - 4 * np.eye(5) + 0.15 * rng.standard_normal((3000, 5, 5))
     answer = common_lyapunov(A)
@@ -172,7 +171,6 @@ def test_one_matrix_against_its_eigenvalues(seed: int) -> None:
 
 
 def test_rounds_find_what_all_vertices_at_once_find() -> None:
-    """The rate of 400 vertices is the rate of the few that bind."""
     rng = np.random.default_rng(3)
     A = rng.standard_normal((3, 3)) - 3 * np.eye(3) + 0.2 * rng.standard_normal((400, 3, 3))
     answer = max_decay_rate(A)
@@ -194,7 +192,6 @@ def printed_loops() -> Floats:
 
 
 def sampled_fast(step: float) -> tuple[Floats, Floats]:
-    """Return eight vertices of continuous time, and those of Euler's method."""
     rng = np.random.default_rng(0)
     A = rng.standard_normal((6, 6)) - 3 * np.eye(6) + 0.3 * rng.standard_normal((8, 6, 6))
     return A, np.eye(6) + step * A

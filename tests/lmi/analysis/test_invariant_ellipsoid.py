@@ -17,7 +17,6 @@ from takagi.models import Floats, ModelError
 
 
 def oscillators() -> tuple[Floats, Floats]:
-    """Return two damped oscillators with a force of either of two sizes."""
     A = np.array([[[0.0, 1.0], [-1.0, -1.0]], [[0.0, 1.0], [-1.3, -1.2]]])
     return A, np.array([[0.0, 0.1], [0.0, 0.12]])
 

@@ -1,8 +1,4 @@
-"""A no is never said of vertices that have a P: known ones, in units and states that hide it.
-
-Each family has a P that is checked here in exact arithmetic, or a contradiction that no change of
-states removes.
-"""
+"""A no is never said of vertices that have a P, known exactly, in units and states that hide it."""
 
 from __future__ import annotations
 
@@ -39,10 +35,7 @@ def falls_exactly(A: Floats, P: NDArray[np.object_]) -> bool:
 
 
 def mixed(states: int, seed: int, gain: int) -> tuple[Floats, NDArray[np.object_]]:
-    """Return integer vertices of a high gain with a P, in integer states that hide both.
-
-    A_i = T (S_i - Q_i) T^-1, S_i skew, Q_i > 0 with eigenvalues from 1 to the gain; T unimodular.
-    """
+    """A_i = T (S_i - Q_i) T^-1, S_i skew, Q_i > 0 with eigenvalues from 1 to the gain; integers."""
     random = np.random.default_rng(seed)
     up, down = np.eye(states, dtype=object) * 1, np.eye(states, dtype=object) * 1
     for k in range(states - 1):

@@ -34,7 +34,6 @@ from tests.lmi.norms import (
 
 
 def two_vertices(step: float | None = None, *, through: float = 1.0) -> TSModel:
-    """Two vertices that share a quadratic function, each with its own path and feed-through."""
     A = [[[-1.0, 2.0], [-3.0, -4.0]], [[-1.5, 1.0], [-1.0, -2.0]]]
     if step is not None:
         A = [[[0.5, 0.4], [-0.4, 0.5]], [[0.6, 0.1], [0.0, -0.4]]]
@@ -48,7 +47,6 @@ def two_vertices(step: float | None = None, *, through: float = 1.0) -> TSModel:
 
 
 def bounded_real(model: TSModel, P: Floats, gamma: float) -> float:
-    """Return the largest eigenvalue of the bounded real matrices, written out, scaled to 1."""
     worst = -np.inf
     for A, B, C, D in zip(model.A, model.B, model.C, model.D, strict=True):
         state, cross, noise = P @ A + A.T @ P, P @ B, np.zeros((B.shape[1],) * 2)
@@ -87,10 +85,7 @@ def test_the_energy_gain_is_what_its_quadratic_function_shows(
 
 @pytest.mark.parametrize("norm", [hinf_norm, h2_norm, peak_gain])
 def test_units_change_the_gain_by_their_ratio(norm: Any) -> None:
-    """States leave the gain as it is; w = d what, y = c yhat multiply it by d / c.
-
-    Time multiplies the root of a variance by the root of its rate.
-    """
+    """By d / c for w = d what, y = c yhat; time counts for a variance, by the root of its rate."""
     s, rate, d, c = np.array([3.0, 1e-5]), 1e-2, 1e6, 1e-5
     model = two_vertices(through=0.0 if norm is h2_norm else 1.0)
     other = TSModel(
@@ -165,7 +160,6 @@ def test_one_vertex_against_the_gramian(seed: int, n: int, q: int, p: int, slowe
 def random_path(
     seed: int, n: int, q: int, p: int, radius: float
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return a stable random path of a given spectral radius."""
     rng = np.random.default_rng(seed)
     A = rng.standard_normal((n, n))
     A *= radius / np.abs(np.linalg.eigvals(A)).max()
@@ -387,7 +381,6 @@ def test_the_bound_holds_at_every_vertex(sample_time: float | None) -> None:
 
 
 def test_one_bad_vertex_among_many_is_found() -> None:
-    """A vertex that is not stable, or one that has a path ten times the others'."""
     model = scattered(300)
     A, B = model.A.copy(), model.E.copy()
     A[211] += 3 * np.eye(4)

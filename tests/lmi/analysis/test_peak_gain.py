@@ -20,7 +20,6 @@ from tests.lmi.norms import sampled
 
 
 def two_vertices(sample_time: float | None = None) -> TSModel:
-    """Two oscillators of different damping that share a quadratic function, with feed-through."""
     A = [[[0.0, 1.0], [-1.0, -0.6]], [[0.0, 1.0], [-1.2, -1.0]]]
     B, C, D = [[0.0], [1.0]], [[1.0, 0.0]], [[[0.1]], [[-0.2]]]
     if sample_time is None:

@@ -28,7 +28,6 @@ def companion() -> Floats:
 
 
 def holds_exactly(answer: Answer) -> bool:
-    """Return whether every LMI of the answer holds in rationals; its scale is not a claim."""
     assert answer.condition is not None
     return all(
         is_definite(F)

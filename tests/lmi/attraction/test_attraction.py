@@ -23,7 +23,6 @@ def area(answer: Answer) -> float:
 
 
 def boundary(P: Floats, count: int, seed: int = 0) -> Floats:
-    """Return x with x' P x = 1."""
     x = np.random.default_rng(seed).standard_normal((count, len(P)))
     return np.asarray(x / np.sqrt(np.einsum("ki,ij,kj->k", x, P, x))[:, None])
 
@@ -83,10 +82,7 @@ def test_a_box_limits_the_volume_exactly() -> None:
 
 
 def test_a_scalar_plant_with_saturation_from_both_sides() -> None:
-    """x' = a x - sat(k x), |sat| <= ubar: contractive exactly on |x| < ubar / a.
-
-    Without saturation in the set it is |x| <= ubar / k for the gain k > a.
-    """
+    """x' = a x - sat(k x): contractive on |x| < ubar / a; unsaturated on |x| <= ubar / k."""
     model, a, limit, k = TSModel([[[2.0]]], [[[1.0]]]), 2.0, 3.0, 10.0
     plain = attraction_ellipsoid(model, gains=[[k]], input_limit=limit).P
     assert plain is not None
@@ -128,7 +124,6 @@ def test_with_one_rate_for_all_saturation_buys_nothing() -> None:
 
 
 def two_inputs(sample_time: float | None = None) -> tuple[TSModel, Floats]:
-    """Return two coupled unstable states with an input each, and gains that are too fast."""
     A = np.array([[[1.0, 0.5], [-0.3, 0.6]], [[0.8, -0.4], [0.5, 1.0]]])
     B = np.array([np.eye(2), [[1.2, 0.1], [-0.1, 0.9]]])
     K = np.array([[[6.0, 0.5], [0.0, 5.0]], [[5.0, 0.0], [0.3, 6.0]]])

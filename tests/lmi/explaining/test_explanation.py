@@ -75,7 +75,6 @@ def test_the_rate_of_a_common_p_is_the_largest_one() -> None:
 
 
 def test_a_lower_rate_is_named_where_it_is_enough() -> None:
-    """x' = -x decays with 1 / s, not with 2."""
     told = explain(common_lyapunov([[-1.0]], decay_rate=2.0), [[-1.0]])
 
     assert told.decay_rate is not None
@@ -85,10 +84,7 @@ def test_a_lower_rate_is_named_where_it_is_enough() -> None:
 
 
 def test_the_premise_that_takes_the_authority_away() -> None:
-    """Gains exist for a in 1/4 +- 3/4 theta without 0: theta < 1/3.  The other premise is harmless.
-
-    At a = 0 nothing moves x, whatever the relaxation.
-    """
+    """Gains exist for a in 1/4 +- 3/4 theta without 0, where nothing moves x: theta < 1/3."""
     model = lost_authority()
     told = explain(pdc(model), model)
 

@@ -40,10 +40,7 @@ def proved_gain(design: FixedOrderDesign) -> float:
     ],
 )
 def test_static_output_feedback_is_as_good_as_hifoos(name: str, starts: int, reduced: bool) -> None:
-    """Within 5 % of the better of HIFOO's results, published and run; see ``plants``.
-
-    Tran Dinh, Gumussoy, Michiels, Diehl (2012), recalled; HIFOO 3.501 on the same matrices.
-    """
+    """Within 5 % of the better of HIFOO's results, published and run; see ``plants``."""
     if reduced and name not in (*REDUCED, *QUICK):
         pytest.skip("the whole list takes some minutes: without TAKAGI_REDUCED")
 

@@ -40,7 +40,6 @@ def tanaka_ohtake(b: float, *, premise: bool = False) -> TSModel:
 
 
 def memberships(rules: int, count: int, seed: int = 0) -> Floats:
-    """Return (count, rules): corners and points between."""
     rng = np.random.default_rng(seed)
     h = rng.dirichlet(np.ones(rules), count)
     h[::2] = np.eye(rules)[rng.integers(0, rules, len(h[::2]))]
@@ -48,19 +47,16 @@ def memberships(rules: int, count: int, seed: int = 0) -> Floats:
 
 
 def blended(stack: Floats | None, h: Floats) -> Floats:
-    """Return sum_i h_i X_i for each row of h."""
     assert stack is not None
     return np.asarray(np.tensordot(h, stack, axes=1))
 
 
 def lyapunov(design: FuzzyDesign, h: Floats) -> Floats:
-    """Return P(h) of V = x' P(h) x."""
     blend = blended(design.matrices, h)
     return np.asarray(np.linalg.inv(blend)) if design.discrete else blend
 
 
 def steepest_step(model: TSModel, design: FuzzyDesign) -> float:
-    """Return the largest V(x+) / V(x) over memberships now and, independent of them, next."""
     h, after = (memberships(len(model.A), 2000, seed) for seed in (1, 2))
     loop = blended(model.A, h) - blended(model.B, h) @ blended(design.gains, h)
     L = np.linalg.cholesky(lyapunov(design, h))

@@ -48,7 +48,6 @@ def values_of(condition: Condition, seed: int) -> dict[str, Any]:
 
 
 def same(one: Condition, other: Condition) -> bool:
-    """Whether two conditions have the same matrices at the same unknowns, LMI by LMI."""
     values = values_of(one, 0)
     return all(
         np.all(exact_matrices(one, first, values) == exact_matrices(other, second, values))
@@ -119,7 +118,6 @@ def test_members_transposes_and_products_of_unknowns_are_what_they_say() -> None
 
 
 def test_yalmip_products_are_matrix_products() -> None:
-    """P * A is the matrix product, as in YALMIP; a scalar unknown scales."""
     P, tau = symmetric(), Unknown("tau", 1, 1)
 
     one = pose(He(P * A[0]) + tau * np.eye(2) * 2.0 << 0)
@@ -296,7 +294,6 @@ def test_cvxpy_and_exact_multipliers_agree_with_the_elimination() -> None:
 
 
 def test_what_reads_lmis_alone_refuses_equalities() -> None:
-    """Leaving them out would answer another question."""
     P = symmetric()
     condition = pose(P >> 0, P @ B == C.T)
 
@@ -352,7 +349,6 @@ def test_the_largest_determinant_is_found_from_both_sides() -> None:
 
 
 def expressed_determinant(condition: Condition) -> float:
-    """The determinant that cvxpy's own log_det finds under the first three inequalities."""
     import cvxpy as cp
 
     posed = expressed(condition, margin=0.0)

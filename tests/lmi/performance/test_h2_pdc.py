@@ -60,10 +60,7 @@ def test_one_rule_in_discrete_time_has_the_riccati_optimum() -> None:
 def test_it_is_the_regulator_where_the_noise_is_the_start(
     relaxation: str, step: float | None
 ) -> None:
-    """Of several rules too: with z'z = x'Qx + u'Ru and E = L the regulator's cost is nu.
-
-    ``lqr_pdc`` asks for the least trace L' P L, where P bounds the integral of the same.
-    """
+    """``lqr_pdc``, of several rules too: with z'z = x'Qx + u'Ru and E = L its cost is nu."""
     plain = three_rules(step)
     L = np.array([[1.0, 0.0, 0.0], [0.2, 0.8, 0.0], [0.0, -0.3, 0.5]])
     C, D = np.diag([1.0, 2.0, 0.5]), np.diag([0.7, 1.5])
@@ -96,10 +93,7 @@ def test_the_gramian_form_is_that_of_cvxpy_and_less_where_noise_enters_different
 
 
 def test_the_gramian_form_bounds_every_instant_of_any_schedule() -> None:
-    """The covariance from rest, by its own recursion, under random and adversarial memberships.
-
-    P is the inverse of a bound on it, in the model's units; with D11 the output's is added.
-    """
+    """The covariance from rest, by its own recursion, under random and adversarial memberships."""
     model, D11 = three_rules(0.1), 0.1 * np.eye(2)
     performance = model.C, model.D, D11
     design = h2_pdc(model, performance=performance, form="gramian")

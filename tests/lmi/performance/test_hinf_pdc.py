@@ -21,16 +21,11 @@ pytestmark = pytest.mark.numeric
 
 
 def plant(system: System) -> TSModel:
-    """Return one rule with the system's disturbance; its output is given besides."""
     return TSModel([system.A], [system.B], E=[system.B1])
 
 
 def riccati_allows(system: System, gamma: float) -> bool:
-    """Return whether the Riccati equation of state feedback has a solution for this gamma.
-
-    Doyle, Glover, Khargonekar and Francis (1989), IEEE Trans. Automatic Control 34(8), with full
-    information: a stabilising X >= 0 of the indefinite equation.
-    """
+    """Doyle, Glover, Khargonekar and Francis (1989), full information: is there an X >= 0?"""
     A, B1, B, C, D = system.A, system.B1, system.B, system.C1, system.D12
     n, q = B1.shape
     inputs = np.hstack([B, B1])
@@ -62,7 +57,6 @@ def test_one_rule_has_the_optimum_of_compleib(name: str) -> None:
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_a_tolerance_buys_small_gains_that_keep_their_promise(name: str) -> None:
-    """At two per cent above the infimum the loop's own Hamiltonian confirms the gain."""
     system = SYSTEMS[name]()
     design = hinf_pdc(plant(system), performance=(system.C1, system.D12), tolerance=0.02)
     tight = hinf_pdc(plant(system), performance=(system.C1, system.D12), tolerance=1e-6)
@@ -306,10 +300,7 @@ def test_limits_hold_for_all_disturbances_of_the_energy(sample_time: float | Non
 def test_the_function_stores_no_more_than_the_disturbance_gives(
     sample_time: float | None, energy: float | None
 ) -> None:
-    """V with P as handed out, in the model's units: gamma |w|^2 - |z|^2 / gamma bounds its growth.
-
-    With limits |w|^2 / W - |z|^2 / (W gamma^2), so that x' P x <= 1 up to an energy of W.
-    """
+    """V' <= gamma |w|^2 - |z|^2 / gamma; with limits over W and W gamma^2, up to an energy of W."""
     model = two_rules(sample_time)
     if energy is None:
         design = hinf_pdc(model, tolerance=0.01)

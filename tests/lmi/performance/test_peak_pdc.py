@@ -21,10 +21,7 @@ from tests.lmi.performance.disturbed import blends, gain_of, loop, three_rules, 
 def test_one_state_against_a_search_over_its_gain(
     sample_time: float | None, through: float
 ) -> None:
-    """x' = -0.7 x + u + w or x+ = 0.7 x + u + w, z = (x, u / 2): |x| <= 1 / (0.7 + k), and so on.
-
-    The ellipsoid of one state is the interval it reaches; a direct path adds its size at most.
-    """
+    """x' = -0.7 x + u + w or x+ = 0.7 x + u + w, z = (x, u / 2): |x| <= 1 / (0.7 + k)."""
     a = -0.7 if sample_time is None else 0.7
     D11 = np.array([[through], [0.0]])
     model = TSModel([[[a]]], [[1.0]], E=[[1.0]], sample_time=sample_time)
@@ -87,10 +84,7 @@ def test_nothing_leaves_the_ellipsoid(sample_time: float | None, limit: float | 
 
 
 def test_input_limits_cost_and_may_be_too_tight() -> None:
-    """A limit that is reached makes the peak grow, until at no rate there are gains: it says so.
-
-    At a rate of its own the no is definite; without disturbance the limit could be kept.
-    """
+    """A limit that is reached makes the peak grow, until at no rate there are gains: it says so."""
     model = two_rules()
     wide, tight, narrow = (
         gain_of(peak_pdc(model, disturbance_peak=0.5, input_limit=[limit], decay_rate=1.0))
@@ -108,7 +102,6 @@ def test_input_limits_cost_and_may_be_too_tight() -> None:
 
 
 def test_a_given_rate_holds_and_does_not_beat_the_one_found() -> None:
-    """With w = 0 every blend decays at the rate; the bound is valid, and no lesser."""
     model = two_rules()
     best = gain_of(peak_pdc(model))
     for rate in (0.5, 1.5, 4.0):

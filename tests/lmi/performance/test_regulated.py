@@ -52,8 +52,6 @@ ROC10_OUTPUT = ([[0.0, 0.0, 0.0, 0.0036988, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0,
 
 @pytest.fixture
 def without_programs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No program is solved: whoever asks for one fails."""
-
     def never(*args: object, **options: object) -> object:
         raise AssertionError("a program was posed to a solver")
 
@@ -62,13 +60,11 @@ def without_programs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def gain_of(found: Design) -> float:
-    """Return the design's own bound."""
     assert found.gain is not None
     return found.gain
 
 
 def norm_of(model: TSModel, output: Any, K: Any) -> float:
-    """Return the H2 norm by the controllability Gramian, which nothing here uses."""
     C, D = (np.asarray(part, dtype=float) for part in (*output, [[0.0] * K.shape[0]])[:2])
     return gramian_norm(model.A[0] - model.B[0] @ K, np.asarray(model.E[0]), C - D @ K)
 
@@ -192,7 +188,6 @@ def test_a_decentralised_plant_has_its_least_norms(design: object, least: float)
 def test_a_default_design_is_proved_within_a_thousandth(
     name: str, asked: Any, request_of: Any
 ) -> None:
-    """The exact proof of the emitted gains, at most 0.1 % above the design's own bound."""
     system = SYSTEMS[name]()
     model, output = TSModel([system.A], [system.B], E=[system.B1]), (system.C1, system.D12)
     design = asked(model, performance=output)

@@ -65,10 +65,7 @@ def test_the_condition_itself_in_cvxpy(kind: str, sample_time: float | None) -> 
 @pytest.mark.parametrize("sample_time", [None, 0.1])
 @pytest.mark.parametrize("kind", DESIGNS)
 def test_the_gains_hold_in_the_models_own_coordinates(kind: str, sample_time: float | None) -> None:
-    """P, K and the gain as handed out satisfy the LMIs as they stand; reversed gains do not.
-
-    What is handed out a hair above the least holds by a hair: one per cent above it is tested.
-    """
+    """One per cent above the least, P, K and gain satisfy the LMIs; reversed gains do not."""
     model = two_rules(sample_time)
     design = DESIGNS[kind](model, tolerance=0.01)
     K, P = design.require()
@@ -103,10 +100,7 @@ def test_no_blend_of_the_loop_has_a_larger_norm(kind: str, sample_time: float | 
 
 @pytest.mark.parametrize("kind", DESIGNS)
 def test_units_change_the_gain_by_their_ratio(kind: str) -> None:
-    """States and inputs leave it; w = d what, y = c yhat multiply by d / c.
-
-    Time multiplies the root of a variance by its own root; the loop of ``hinf_pdc`` keeps gamma.
-    """
+    """By d / c for w = d what, y = c yhat; time counts for a variance, by its own root."""
     model = two_rules()
     s, tau, d, c, rate = np.array([1e3, 1e-2]), 1e4, 1e-3, 10.0, 50.0
     other = TSModel(
@@ -175,10 +169,7 @@ def test_rules_that_can_hardly_be_stabilised_have_a_gain(
 
 @pytest.mark.parametrize("kind", ["h2", "hinf"])
 def test_a_no_is_that_of_gains_of_whatever_norm(kind: str) -> None:
-    """Kim and Lee's three rules have no gains by all pairs, so none with a norm: two questions.
-
-    The exact no is about the gains alone, and the diagnosis says so.
-    """
+    """Kim and Lee's three rules have no gains by all pairs, so none with a norm: two questions."""
     gains_alone = known_models.three_rules(2.0)
     model = TSModel(gains_alone.A, gains_alone.B, E=[[1], [0]], C=np.eye(2), D=[[0], [1]])
 

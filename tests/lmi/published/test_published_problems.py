@@ -29,17 +29,13 @@ FROM_BOTH_SIDES = {
 
 
 def printed(name: str) -> str:
-    """What the page prints as found here."""
     (found,) = [problem.found for problem in published.PROBLEMS if problem.name == name]
     return str(found)
 
 
 @pytest.mark.parametrize("name", NUMBERS)
 def test_every_number_is_found_again(name: str) -> None:
-    """To one unit of the last digit that the page prints, or a ten-thousandth of the number.
-
-    How near a solver comes depends on the processor; a thousandth is what is promised.
-    """
+    """To a unit of the last digit, or a ten-thousandth; a thousandth is what is promised."""
     texts = re.findall(r"\d+\.\d+", printed(name))
     found = np.atleast_1d(NUMBERS[name]())
 

@@ -30,7 +30,6 @@ from tests.lmi.known_models import feasp_triple, tanaka_wang_rules
 
 
 def limited_design(sample_time: float | None) -> Condition:
-    """Tanaka and Wang (2001), page 58 with b = 3, and limits that end the decay rate."""
     model = tanaka_wang_rules(b=3.0)
     limits = limits_of(2, 1, input_limit=[50.0], initial_box=[1.0, 1.0])
     if sample_time is not None:
@@ -190,10 +189,7 @@ def indefinite() -> Condition:
 
 
 def test_an_unknown_that_is_not_positive_is_not_excluded_by_semidefiniteness() -> None:
-    """The largest theta is 50 by hand, at X_11 = 1, X_22 = -50.
-
-    Multipliers with S0 + theta S1 = -diag(theta, 1) rule out X > 0 only, which is not asked for.
-    """
+    """The largest theta is 50 by hand, at X_11 = 1, X_22 = -50."""
     one = np.ones((1, 1, 1))
     multipliers = {"first": one, "main": one}
     assert excluded_from(indefinite(), "theta", multipliers, largest=True) == np.inf

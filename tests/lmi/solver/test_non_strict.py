@@ -36,7 +36,6 @@ ONE = np.ones((1, 1, 1))
 
 
 def side(name: str, slope: float, level: float, **kind: Any) -> LMI:
-    """Return slope x + level >= 0."""
     return LMI(
         name=name,
         blocks=(1,),
@@ -47,7 +46,6 @@ def side(name: str, slope: float, level: float, **kind: Any) -> LMI:
 
 
 def between(low: float, high: float, **kind: Any) -> Condition:
-    """Return low <= x <= high, least x: both non-strict."""
     kind = kind or {"strict": False}
     return Condition(
         name="between",
@@ -58,7 +56,6 @@ def between(low: float, high: float, **kind: Any) -> Condition:
 
 
 def limited(scale: float = 1.0, **kind: Any) -> Condition:
-    """Return the compensation of one rule, with |u| <= scale where x' Q^-1 x <= scale^2."""
     model = TSModel([[[0.0, 1.0], [1.0, 0.0]]], [[[0.0], [1.0]]])
     condition = pdc_condition(model, relaxation="common-gain")
     Q, M = (next(u for u in condition.unknowns if u.name == name) for name in "QM")
@@ -84,7 +81,6 @@ def limited(scale: float = 1.0, **kind: Any) -> Condition:
 
 
 def overdriven(values: dict[str, np.ndarray]) -> float:
-    """Return the largest u^2 on the ellipsoid."""
     M, Q = values["M"][0], values["Q"][0]
     return float((M @ np.linalg.solve(Q, M.T))[0, 0])
 
@@ -225,11 +221,7 @@ def test_numbers_that_make_no_sense_are_refused(kind: dict[str, Any], said: str)
 def test_an_answer_just_outside_a_non_strict_lmi_is_moved_inside(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A solver that ends a millionth below x >= 2 gives nearly the least x, without another solver.
-
-    The set is convex: from just outside towards the start, which is inside, the first step that
-    holds is accepted.  From far outside the start is as near as it gets.
-    """
+    """Nearly the least x, without another solver: the first step towards the start that holds."""
     condition = Condition(
         name="least x above two",
         unknowns=(X,),

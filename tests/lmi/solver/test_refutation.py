@@ -59,7 +59,6 @@ class Plain:
 
 
 def exactly_solvable(condition: Condition) -> bool:
-    """Return whether the solver's values satisfy every LMI over the rationals."""
     values = dict(decide(condition, rows={"nu": 1e4}).values)
     return all(
         (is_definite if lmi.strict else is_semidefinite)(F)
@@ -206,7 +205,6 @@ def test_an_unsettled_answer_may_still_be_a_no() -> None:
 
 
 def scalar(factor: object, value: object) -> Condition:
-    """Return factor * g + value > 0 and g >= 0, which may be touched."""
     g = Unknown("g", 1, 1)
     return Condition(
         name="a number",
@@ -275,7 +273,6 @@ PERFORMANCE = (np.vstack([C, np.zeros((1, 2))]), np.array([[0.0], [1e-5]]))
 
 
 def gain_of(answer: Any) -> float:
-    """What the answer says in the user's units."""
     return float(answer.gain)
 
 

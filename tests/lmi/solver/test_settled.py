@@ -34,7 +34,6 @@ ONE = np.eye(2)[None]
 
 
 def least_trace(*, unit: float = 1.0, shift: float = 1.0) -> Condition:
-    """Return: unit * tr P least with P > 0 and A' P + P A < -shift I, which is Lyapunov's P."""
     P = Unknown("P", 2, 2, symmetric=True)
     floor = LMI(name="P", blocks=(2,), terms=(Term(unknown=P, left=ONE, right=ONE),))
     vertex = LMI(
@@ -50,7 +49,6 @@ def least_trace(*, unit: float = 1.0, shift: float = 1.0) -> Condition:
 
 
 def lyapunov_trace() -> float:
-    """Return tr P of A' P + P A = -I, by a linear system."""
     kronecker = np.kron(np.eye(2), A[0].T) + np.kron(A[0].T, np.eye(2))
     return float(np.trace(np.linalg.solve(kronecker, -np.eye(2).ravel()).reshape(2, 2)))
 
@@ -76,7 +74,6 @@ def off_by(factor: float) -> object:
 
 
 def outcome_at(objective: float, least: float) -> Outcome:
-    """Return a candidate with an objective and a bound."""
     values = {"P": ONE * objective / 2}
     return Outcome("candidate", values, 1.0, np.inf, {}, (), objective=objective, lower_bound=least)
 

@@ -93,7 +93,6 @@ def test_an_updated_solver_agrees_with_a_fresh_one() -> None:
 
 
 def test_the_bound_is_above_the_margin() -> None:
-    """Weak duality: no P has a larger margin than the multipliers allow."""
     outcome = stages.decide(stable())
 
     assert outcome.margin <= outcome.bound <= outcome.margin * (1 + 1e-5)
@@ -124,7 +123,6 @@ class Broken:
 
 
 def break_first(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
-    """Let the first clarabel that is set up break down."""
     whole, left = solve._clarabel, [Broken(error)]
     monkeypatch.setattr(solve, "_clarabel", lambda *given: left.pop() if left else whole(*given))
 
@@ -234,7 +232,6 @@ def vertices(count: int, n: int, seed: int = 2, spread: float = 0.6) -> np.ndarr
 
 
 def least_trace(A: np.ndarray) -> Condition:
-    """Return: least tr P with P >= I and A_i'P + PA_i <= 0 at every vertex."""
     n = A.shape[1]
     P, one = Unknown("P", n, n, symmetric=True), np.eye(n)[None]
     floor = LMI(

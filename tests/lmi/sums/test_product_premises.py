@@ -40,7 +40,6 @@ SEED = 31
 
 
 def weights(seed: int, rules: ProductRules) -> dict[str, Floats]:
-    """Return weights of each premise, (count, corners)."""
     return {
         name: memberships(seed + place, corners, 3000)
         for place, (name, corners) in enumerate(rules.sizes.items())
@@ -48,7 +47,6 @@ def weights(seed: int, rules: ProductRules) -> dict[str, Floats]:
 
 
 def values(rules: ProductRules, known: dict[str, Floats]) -> Floats:
-    """Return the memberships, (count, rules)."""
     count = min(len(weight) for weight in known.values())
     return product_memberships(rules.corners, [known[name][:count] for name in rules.premises])
 
@@ -70,7 +68,6 @@ def test_sampled_values_stay_below_every_bound(seed: int) -> None:
 
 
 def model_of_two_premises(seed: int, spread: float) -> TSModel:
-    """Return two states, one input, four rules over two premises."""
     rng = np.random.default_rng(seed)
     A = rng.standard_normal((2, 2)) + spread * rng.standard_normal((4, 2, 2))
     B = rng.standard_normal((2, 1)) + spread * rng.standard_normal((4, 2, 1))
@@ -201,10 +198,7 @@ def test_blends_are_memberships_and_products_where_premises_are_known() -> None:
 
 
 def test_the_condition_at_blends_is_the_blended_one() -> None:
-    """Its value at given Q, M is 9/8 He((A(h) - B(h) K(h)) Q) for each h, formed here by hand.
-
-    Nine is the square of the three parts, eight the power of two next to it.
-    """
+    """9/8 He((A(h) - B(h) K(h)) Q) by hand: nine is three parts squared, eight a power of two."""
     model, rng = three_rules(1.0), np.random.default_rng(0)
     condition = pdc_condition(model, relaxation=at_points(3))
     root = rng.standard_normal((2, 2))

@@ -82,10 +82,7 @@ def test_liu_zhang_is_exact_for_numbers_of_four_rules(seed: int, rules: int) -> 
 
 
 def test_polya_ends_at_the_largest_value() -> None:
-    """-h1^2 - h2^2 + 1.9 h1 h2 is negative: from some degree on, every coefficient shows it.
-
-    The coefficients of (h1 + h2)^d times it are recomputed by convolution.
-    """
+    """-h1^2 - h2^2 + 1.9 h1 h2 < 0: every coefficient of (h1 + h2)^d times it, by convolution."""
     theta = np.array([[-1.0, 0.95], [0.95, -1.0]])[:, :, None, None]
     degrees = range(0, 60)
     form = np.array([-1.0, 1.9, -1.0])
@@ -104,11 +101,7 @@ def test_polya_ends_at_the_largest_value() -> None:
 @pytest.mark.slow
 @given(st.integers(0, 10_000))
 def test_products_of_memberships_are_bounded_and_ordered(seed: int) -> None:
-    """Two premises, of two and three corners: sampled products stay below each bound.
-
-    All pairs => product => product-1 => product-2; Polya-d => product-d; product and Liu-Zhang =>
-    both together.
-    """
+    """All pairs => product => product-1 => product-2; Polya-d => product-d; both together."""
     corners = combinations_of(2, 3)
     theta = random_theta(seed, 6, 1)
     h = product_memberships(corners, [memberships(seed, 2), memberships(seed + 1, 3)])

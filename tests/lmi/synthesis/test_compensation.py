@@ -54,7 +54,6 @@ def test_limits_hold_on_the_ellipsoid() -> None:
 
 
 def test_a_limit_too_tight_is_a_no_that_names_it() -> None:
-    """30 N cannot hold the pendulum from that box; the diagnosis names limit or initial state."""
     design = pdc(pendulum(), decay_rate=0.5, input_limit=[30.0], initial_box=[0.3, 0.5])
 
     assert design.status == "infeasible"
@@ -146,7 +145,6 @@ def test_the_largest_rate_has_gains_below_and_none_above(relaxation: str) -> Non
 @settings(max_examples=10)
 @given(st.integers(0, 10_000), st.sampled_from([None, 0.2]))
 def test_gains_of_the_largest_rate_keep_bound_and_rate(seed: int, step: float | None) -> None:
-    """At 50 random blends V decays as fast as said, and no gain is larger than allowed."""
     model = random_rules(seed, step)
     design = pdc(model, decay_rate="max", gain_bound=3.0)
     if not design.found:
@@ -198,7 +196,6 @@ def test_the_rate_shown_is_where_an_inequality_becomes_singular(
 
 
 def frozen_eigenvalues(model: TSModel, design: Design) -> NDArray[np.complex128]:
-    """Return the eigenvalues of A(h) - B(h) K(h) at 201 blends of two rules."""
     K, _ = design.require()
     h = np.linspace(0, 1, 201)
     h = np.stack([h, 1 - h], axis=1)

@@ -15,7 +15,6 @@ from tests.lmi.known_models import truck_trailer
 
 
 def sampled_pendulum(step: float) -> TSModel:
-    """Return two rules of a pendulum on a cart, sampled with the input held."""
     vertices = []
     for gravity, authority in ((17.3, -0.177), (9.4, -0.1)):
         inside = np.array([[0.0, 1.0, 0.0], [gravity, 0.0, authority], [0.0, 0.0, 0.0]])
@@ -31,7 +30,6 @@ def random_model(seed: int, rules: int = 3) -> TSModel:
 
 
 def worst_contraction(model: TSModel, design: Design) -> float:
-    """Return the largest V(x+) / V(x) over 200 random blends and the corners."""
     K, P = design.require()
     h = np.random.default_rng(0).dirichlet(np.ones(len(model.A)), 200)
     h = np.concatenate([h, np.eye(len(model.A))])
@@ -42,7 +40,6 @@ def worst_contraction(model: TSModel, design: Design) -> float:
 
 
 def rate(contraction: float, step: float) -> float:
-    """Return alpha in 1/s with |x| shrinking by ``contraction`` a step."""
     return float(-np.log(contraction) / step)
 
 

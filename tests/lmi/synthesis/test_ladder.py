@@ -25,7 +25,6 @@ NAMES = (
 
 
 def random_model(seed: int, *, premises: bool = False) -> TSModel:
-    """Return unlike rules that some relaxations stabilise and some do not."""
     rng = np.random.default_rng(seed)
     r = 4 if premises else 3
     A = rng.standard_normal((2, 2)) + 0.8 * rng.standard_normal((r, 2, 2))

@@ -39,10 +39,7 @@ def benchmark(name: str) -> tuple[Floats, Floats, Floats, Floats]:
 
 
 def worst_excess(model: TSModel, design: Design, Q: Floats, R: Floats) -> float:
-    """Return the largest relative eigenvalue over blends h, with G = A(h) - B(h) K(h), of
-
-    He(P G) + Q + K(h)' R K(h), or of G'PG - P + Q + K(h)' R K(h) in discrete time.
-    """
+    """Of He(P G) + Q + K(h)' R K(h), or G'PG - P + Q + K(h)' R K(h); G = A(h) - B(h) K(h)."""
     K, P = design.require()
     h = np.random.default_rng(0).dirichlet(np.ones(len(K)), 200)
     h = np.concatenate([h, np.eye(len(K))])
@@ -204,7 +201,6 @@ def test_weights_that_make_no_sense(change: dict[str, Any], message: str) -> Non
 
 @pytest.fixture
 def model() -> TSModel:
-    """Return four rules over two premises, the input of which depends on one of them."""
     corners = [(a, b) for a in (0.0, 1.0) for b in (0.0, 1.0)]
     return TSModel(
         [[[0.2 + 0.5 * a, 1.0], [0.3 * b, -0.1]] for a, b in corners],
@@ -214,7 +210,6 @@ def model() -> TSModel:
 
 
 def spent(model: TSModel, K: Floats, P: Floats, z: Floats) -> float:
-    """Return lambda_max of V' + x' x + u^2 at premises z."""
     h = model.memberships(z)
     gain = np.tensordot(h, K, axes=1)
     A, B = (np.tensordot(h, stack, axes=1) for stack in (model.A, model.B))
@@ -251,21 +246,18 @@ def test_structured_gains_by_products_of_premises(model: TSModel) -> None:
 
 
 def riccati(A: Floats, B: Floats, x: Floats, u: Floats) -> tuple[Floats, Floats]:
-    """Return (P, K) of LQR for weights of one over the squares of the ranges."""
     Q, R = np.diag(1 / x**2), np.diag(1 / u**2)
     P = np.asarray(solve_continuous_are(A, B, Q, R), dtype=np.float64)
     return P, np.asarray(np.linalg.solve(R, B.T @ P), dtype=np.float64)
 
 
 def vertices() -> tuple[Floats, Floats]:
-    """Return an integrating effort loop with a range of stiffness and gain."""
     A = np.array([[[a, 0.0], [-1.0, 0.0]] for a in (-0.1, 0.05)])
     B = np.array([[[-g], [0.0]] for g in (0.9, 1.1)])
     return A, B
 
 
 def cost(A: Floats, B: Floats, K: Floats, x: Floats, u: Floats) -> float:
-    """Return the mean cost over the unit sphere of states over their ranges, by Lyapunov."""
     weight = np.diag(1 / x**2) + K.T @ np.diag(1 / u**2) @ K
     X = solve_continuous_lyapunov((A - B @ K).T, -weight)
     return float(np.trace(np.diag(x) @ X @ np.diag(x)))

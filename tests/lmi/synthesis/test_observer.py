@@ -55,10 +55,7 @@ def test_one_state_from_both_sides() -> None:
 
 
 def test_the_condition_is_what_the_gain_satisfies() -> None:
-    """With Q = P, M = (P L)' the builder's LMIs hold for secants; with L reversed they do not.
-
-    x1' = x2, x2' = -x1 - x2 + x2^3 / 3 with x1 measured: 0 <= d/dx2 (x2^3 / 3) <= 1.5^2.
-    """
+    """x1' = x2, x2' = -x1 - x2 + x2^3 / 3, x1 measured: 0 <= d/dx2 (x2^3 / 3) <= 1.5^2."""
     A = np.array([[[0.0, 1.0], [-1.0, -1.0 + slope]] for slope in (0.0, 1.5**2)])
     model = TSModel(A, C=[[1.0, 0.0]])
     L, P = observer(model, decay_rate=0.5, relaxation="common-gain").require()

@@ -65,7 +65,6 @@ def test_a_smaller_box_never_loses_gains(box: tuple[float, float, float]) -> Non
 
 @cache
 def held(relaxation: str) -> bool:
-    """Whether there are gains when nothing is limited."""
     return pdc(hard(), relaxation=relaxation).found
 
 

@@ -27,10 +27,7 @@ def test_two_rules_have_gains_for_every_a_and_b(a: float, b: float) -> None:
 
 @pytest.mark.parametrize("a", [-5.0, 0.0, 2.5, 10.0])
 def test_given_gains_have_a_common_function_exactly_below_three(a: float) -> None:
-    """Tanaka, Ikeda and Wang (1998): poles at -2, -2 in each rule; b + 1/b < 10/3, so b < 3.
-
-    The mean of the cross terms has the last coefficient 10 - 3 (b + 1/b), which is zero at b = 3.
-    """
+    """Tanaka, Ikeda and Wang (1998): poles at -2, -2 in each rule; b + 1/b < 10/3, so b < 3."""
     below, above = tanaka_wang_rules(a, 3 - 1e-3), tanaka_wang_rules(a, 3 + 1e-3)
     inside = rules_and_pair(tanaka_wang_rules(a, 3.0), placed(tanaka_wang_rules(a, 3.0)))[2]
 

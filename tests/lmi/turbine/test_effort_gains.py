@@ -86,8 +86,7 @@ def test_more_bandwidth_is_more_gain(
 def test_a_bandwidth_that_grows_leaves_light_wind_alone(
     turbine: Turbine, schedule: EffortSchedule, design: EffortDesign
 ) -> None:
-    """Nothing changes where pitch does not act.  From 1.25 of that wind on the gain grows by what
-    is asked, and by more where the rotor's own damping did a part of it before."""
+    """From 1.25 of the wind where pitch acts the gain grows by what is asked, or more."""
     grown = effort_gains(turbine, schedule, replace(SETTINGS, bandwidth_growth=1.5))
     begin = schedule.wind[schedule.trim_effort >= 0][0]
     ratio = grown.gains.proportional / design.gains.proportional

@@ -47,7 +47,6 @@ def whole_schedule() -> EffortSchedule:
 def family_between(
     turbine: Turbine, low: float, high: float, *, error: float = 0.1, rate: float = 0.03
 ) -> LoopOfGains:
-    """Return the loop of the wind cells between two winds, at the two-step gains."""
     whole = whole_schedule()
     kept = (whole.wind >= low) & (whole.wind <= high)
     columns = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
@@ -75,13 +74,11 @@ def near_rated(turbine: Turbine) -> LoopOfGains:
 
 @pytest.fixture(scope="module")
 def given(near_rated: LoopOfGains) -> OneStepDesign:
-    """Return the analysis of the gains as they are."""
     return one_step_gains(near_rated, steps=0)
 
 
 @pytest.fixture(scope="module")
 def design(near_rated: LoopOfGains) -> OneStepDesign:
-    """Return what two joint steps make of gains whose integral is too slow."""
     return one_step_gains(near_rated, steps=2)
 
 
@@ -102,11 +99,7 @@ def test_joint_steps_reach_more_than_the_gains_they_start_from(design: OneStepDe
 def test_the_set_is_invariant_at_the_emitted_gains(
     near_rated: LoopOfGains, design: OneStepDesign
 ) -> None:
-    """V' < 0 on V = 1 for every corner and both signs of d, found by eigenvalues of the S-lemma.
-
-    Independent of the module's own judgement: the loop is enclosed again at the rounded gains, and
-    the inequality is written out.  Beyond the stated wind error it fails.
-    """
+    """V' < 0 on V = 1 for every corner, both signs of d, by the S-lemma written out; beyond not."""
     corners, still = near_rated.corners(theta_of(design.law))
     f = design.functions
 
@@ -162,10 +155,7 @@ def test_no_step_at_all_is_the_analysis_of_the_given_gains(
 
 
 def test_gains_at_an_actuators_limit_may_not_be_raised(turbine: Turbine) -> None:
-    """At low wind the torque reserve ends: the family says which gains are held, and refuses them.
-
-    The set demands gamma s_max of effort; torque reaches zero at what the trim has left of it.
-    """
+    """At low wind torque ends: the family says which gains are held, and refuses them."""
     family = family_between(turbine, 5.9, 7.4)
     theta = theta_of(family.law)
     rising = theta.copy()

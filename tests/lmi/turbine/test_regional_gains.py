@@ -31,14 +31,12 @@ def parts() -> tuple[RegionGains, RegionGains]:
 
 
 def boundary(P: Floats, count: int) -> Floats:
-    """Points with x' P x = 1, (count, n), spread evenly in direction."""
     x = np.random.default_rng(5).normal(size=(count, len(P)))
     scale = np.sqrt(np.einsum("ki,ij,kj->k", x, P, x))
     return np.asarray(x / scale[:, None])
 
 
 def blends(count: int, rules: int) -> Floats:
-    """Memberships, (count, rules): random, and every rule alone."""
     return np.vstack([np.eye(rules), np.random.default_rng(6).dirichlet(np.ones(rules), count)])
 
 

@@ -27,7 +27,6 @@ from tests.lmi.known_models import oscillators, planar_pair, rolmip_pair
 
 
 def fastest_growth(A: Floats, answer: Answer, phi: float) -> float:
-    """Return the largest lambda of He(P A) + dP/dt relative to P, over h and |dh/dt| <= phi."""
     family = answer.lyapunov_function
     assert family is not None
     rng = np.random.default_rng(0)
@@ -106,10 +105,7 @@ def test_any_rate_is_a_common_P() -> None:
     ],
 )
 def test_how_fast_the_memberships_may_move(options: Mapping[str, Any], limit: float) -> None:
-    """lam = 20, no common P: certified up to these rates in 1/s, recomputed by bisection.
-
-    The coefficients of degree 2 are the inequalities of all pairs, so the first two agree.
-    """
+    """lam = 20: to these rates in 1/s, by bisection; degree 2 is the inequalities of all pairs."""
     A = oscillators(20.0)
     below = fuzzy_lyapunov(A, rate_bounds=limit - 1e-2, **options)
     above = fuzzy_lyapunov(A, rate_bounds=limit + 1e-2, **options)
@@ -120,7 +116,6 @@ def test_how_fast_the_memberships_may_move(options: Mapping[str, Any], limit: fl
 
 
 def oscillator() -> TSModel:
-    """x'' + (1.5 + p) x' + (4 + q) x = 0 with |p| <= 0.5 and |q| <= 2.5."""
     A: Any = [[[0, 1], [-4 - q, -1.5 - p]] for p in (-0.5, 0.5) for q in (-2.5, 2.5)]
     return TSModel(A, premises=[Premise("p", -0.5, 0.5), Premise("q", -2.5, 2.5)])
 
@@ -339,7 +334,6 @@ BOUNDS = [[1, 1], [1, 2, 3], [0.1, 0.5, 2], [1, 1, 1, 1], [0, 0.2, 0.3], [0, 0, 
 
 
 def farthest(c: Floats, **constraints: Any) -> float:
-    """Return the largest c . x under the constraints."""
     best = linprog(-c, **constraints)
     assert best.status == 0
     return -float(best.fun or 0.0)

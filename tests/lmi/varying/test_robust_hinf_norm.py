@@ -15,7 +15,6 @@ from tests.lmi.known_models import family_gain, masses_and_spring, rolmip_pair
 
 
 def frozen_gain(model: TSModel) -> float:
-    """Return the largest response over a grid of constant parameters and frequencies."""
     h = np.array(
         [
             np.prod(list(product(*[(1 - w, w) for w in weights])), axis=1)
@@ -36,7 +35,6 @@ def sampled(step: float) -> TSModel:
 
 
 def gain_of(model: TSModel, **options: Any) -> float:
-    """Return gamma where there is one."""
     gain = family_gain(model, **options).gain
     assert gain is not None
     return gain

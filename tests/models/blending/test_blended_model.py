@@ -150,7 +150,6 @@ def test_an_error_of_no_actuator_is_refused(tmp_path: Path) -> None:
 
 
 def psi(s: float, e: float) -> float:
-    """The ramp, by max and min."""
     return max(s - e, 0.0) + min(max(s + e, 0.0), 2 * e) ** 2 / (4 * e)
 
 
@@ -228,7 +227,6 @@ def test_it_rests_where_the_file_says(name: str) -> None:
 
 @pytest.mark.parametrize(("name", "rules"), [("split_range", 16), ("boost_throttle", 16)])
 def test_number_of_rules(name: str, rules: int) -> None:
-    """As docs/models.md has them: share and two errors, and one premise more."""
     assert len(library_plants.library_model(name).rules) == rules
 
 

@@ -326,7 +326,6 @@ X, U = sp.symbols("x u", real=True)
 
 
 def table(name: str, low: float, high: float) -> type[TableFunction]:
-    """Return the sine on [low, high] as a table."""
     x = np.linspace(low, high, 9)
     return table_function(name, interpolate_curve(x, np.sin(x), name=name))
 
@@ -336,7 +335,6 @@ WIDE, NARROW = table("wide", -1, 1.5), table("narrow", 0, 0.5)
 
 
 def plant(expression: sp.Expr, low: str = "0", high: str = "2") -> Plant:
-    """Return x' = expression - (expression at rest, x = 1/4) + u."""
     rest = Fraction(1, 4)
     return Plant(
         states=(Variable(X, "-", Interval.of(low, high), rest),),

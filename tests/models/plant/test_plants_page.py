@@ -28,7 +28,6 @@ PAGE = text_of("plants.md")
 
 
 def pendulum_in_python() -> Plant:
-    """Return the plant of the page, written with sympy."""
     theta, omega, tau, m, length, g = (
         sp.Symbol(name, real=True) for name in ("theta", "omega", "tau", "m", "l", "g")
     )

@@ -35,7 +35,6 @@ def integrator(
     program: Callable[[], SampledProgram] | None = None,
     step: float | None = None,
 ) -> Experiment:
-    """x' = u + w with u = -gain x, about x* = 5, u* = 0."""
     return Experiment(
         rate=lambda x, u, w: np.array([u[0] + w.sum()]),
         commands=lambda x, w: -gain * x,
@@ -52,8 +51,6 @@ def integrator(
 
 
 class Proportional:
-    """u = -gain x once a sample; counts its samples."""
-
     def __init__(self, gain: float) -> None:
         self.gain, self.seen, self.missed = gain, 0, 0
 
@@ -175,10 +172,7 @@ def test_too_many_samples_are_refused_before_the_run() -> None:
 
 
 def test_a_law_with_a_state_of_its_own_sees_what_is_measured() -> None:
-    """x' = u + w, u = -s, s' = 2 (x - s): x'' + 2 x' + 2 x = w' + 2 w rests at x = w, s = w.
-
-    With a constant offset d on the measurement, x + d is what s follows: the rest is x = w - d.
-    """
+    """x' = u + w, u = -s, s' = 2 (x - s): x = w, s = w; with an offset d x = w - d."""
     offset = Signals(1, ((0, Step(0.25, 0.0)),))
     push = Signals(1, ((0, Step(0.5, 1.0)),))
     for noise, rest in ((Signals(1), 0.5), (offset, 0.25)):
@@ -215,7 +209,6 @@ FORCE = parse_unit("kN")
 
 
 def value(signal: Signal, time: float, end: float = 10.0) -> float:
-    """The value in the middle of the segment that holds the time."""
     edges = np.unique([0.0, *signal.breaks(end), end])
     k = int(np.searchsorted(edges, time, side="right")) - 1
     return signal.on(float(edges[k]), float(edges[min(k + 1, len(edges) - 1)]))(time)

@@ -31,7 +31,6 @@ omega = "19.62*sin(theta) + u"
 
 
 def motions_of(name: str, limits: list[float] | None = None) -> ManyMotions:
-    """Return the motions of a built-in plant."""
     plant = load_model(name)
     assert isinstance(plant, Plant)
     motions = ManyMotions.of(sector_model(plant), None if limits is None else np.array(limits))

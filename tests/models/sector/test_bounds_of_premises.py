@@ -48,7 +48,6 @@ def proved() -> TSModel:
 
 
 def moved(premise: Premise, lower: Fraction, upper: Fraction) -> Premise:
-    """Return the premise with other bounds and the same proof."""
     return Premise(premise.name, lower, upper, proof=premise.proof)
 
 

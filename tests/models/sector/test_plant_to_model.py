@@ -33,12 +33,10 @@ NARROW = Interval.of(-1, 1)
 def variable(
     symbol: sp.Symbol, lower: object = -1, upper: object = 1, rest: object = 0
 ) -> Variable:
-    """Return a variable with a range and a rest value."""
     return Variable(symbol, "-", Interval.of(str(lower), str(upper)), Fraction(str(rest)))
 
 
 def plant(*rows: object, **changes: object) -> Plant:
-    """Return a plant of the states q, p, ... with the input u, each in [-1, 1]."""
     states = tuple(variable(s) for s in (Q, P, R, S)[: len(rows)])
     options: dict[str, object] = {"states": states, "inputs": (Variable(U),), "name": "test"}
     return Plant(equations=tuple(map(sp.sympify, rows)), **(options | changes))  # type: ignore[arg-type]
@@ -266,7 +264,6 @@ def test_polynomials_have_exact_divided_differences(
 
 
 def with_mass(entry: sp.Expr) -> Plant:
-    """Return q' = p, entry * p' = u."""
     return plant(P, U - Q, mass=sp.diag(1, entry))
 
 

@@ -47,10 +47,7 @@ def test_a_sum_whose_variables_stand_elsewhere_stays_as_it_is() -> None:
 
 @pytest.mark.parametrize("text", ["(exp(x/(1 + x)) - 1)/x", "(exp(1 - 1/(1 + x)) - 1)/x"])
 def test_a_variable_that_divides_by_itself_keeps_its_singularity(text: str) -> None:
-    """Arrhenius' law about its reference divides by the sum 1 + x and by x, with the limit 1.
-
-    x/(1 + x) rises and falls off as x grows: the range over [-1/2, 1/2] is that of the ends.
-    """
+    """Arrhenius' law about its reference divides by the sum 1 + x and by x, with the limit 1."""
     symbol = sp.Symbol("x", real=True)
     expression = sp.sympify(text, {"x": symbol})
     found = expression_range(expression, {symbol: Interval.of("-0.5", "0.5")})

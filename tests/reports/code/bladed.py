@@ -34,13 +34,11 @@ def built(program: ControllerProgram, folder: Path) -> Path:
 
 
 def input_file(library: Path) -> Path:
-    """Return the input file that was written beside a library."""
     (file,) = library.parent.glob("*_discon.IN")
     return file
 
 
 def edited(source: Path, to: Path, **values: object) -> Path:
-    """Write an input file with other values for some keys."""
     lines = source.read_text(encoding="utf-8").splitlines()
     for key, value in values.items():
         (at,) = (k for k, line in enumerate(lines) if line.split("=")[0].strip() == key)
@@ -59,12 +57,7 @@ class Answer(NamedTuple):
 
 
 class Simulator:
-    """One simulation that calls a library.
-
-    Attributes
-    ----------
-    swap : the records; number k is ``swap[k - 1]``.
-    """
+    """One simulation that calls a library; record k is ``swap[k - 1]``."""
 
     def __init__(self, library: Path, input_file: Path, name: str = "run", step: float = 0.02):
         self._function = ctypes.CDLL(str(library)).DISCON

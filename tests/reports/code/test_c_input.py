@@ -202,7 +202,6 @@ CALLS = 10_000_000
 def build(
     program: ControllerProgram, folder: Path, precision: str, *flags: str, by: str = "cc"
 ) -> Path:
-    """Compile the harness with a law; warnings are errors in it too."""
     word = written(program, folder, ExportSettings(precision=cast(Precision, precision)))
     shutil.copy(HARNESS, folder / "fuzz.c")
     names = f"-DW={word}", f'-DHEADER="{word}.h"'
@@ -270,7 +269,6 @@ def observed(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
 
 @pytest.fixture
 def estimator(observed: Compiled) -> Compiled:
-    """The same with a state that was never touched."""
     observed.zeroed()
     observed.status = 0
     return observed
@@ -279,7 +277,6 @@ def estimator(observed: Compiled) -> Compiled:
 def held(
     estimator: Compiled, speed: float, pitch: float, guess: float, seconds: float
 ) -> list[bool]:
-    """Run the law at constant inputs; return at which samples the estimate is said to be held."""
     estimator.init(T)
     found = []
     for _ in range(round(seconds / T)):

@@ -59,7 +59,6 @@ PUBLISHED = 1e-9
 
 
 def count_of(many: bool, reduced: bool) -> int:
-    """Return how many random samples a law gets."""
     return 100 if not many else MANY // 20 if reduced else MANY
 
 
@@ -80,7 +79,6 @@ def long_too(*names: str) -> list[object]:
 
 
 def require_run_alike(compiled: Compiled, program: ControllerProgram) -> None:
-    """Require that C sends what the program run in Python sends, to 1e-12."""
     run = ProgramRun(program)
     compiled.init(0.05)
     for given in _near_rest(program):
@@ -91,10 +89,7 @@ def require_run_alike(compiled: Compiled, program: ControllerProgram) -> None:
 
 @pytest.mark.parametrize(("name", "many"), long_too(*PLANTS))
 def test_the_law_of_a_plant(name: str, many: bool, tmp_path: Path, reduced: bool) -> None:
-    """At rest, near points where a premise is 0/0, in the box, outside it, at saturation.
-
-    And what C sends is what the program sends that is run in Python.
-    """
+    """At rest, near 0/0, in the box, outside it, at saturation: as the program in Python."""
     plant, law = plant_law(name)
     program = read_controller(plant_file(name, tmp_path))
     compiled = Compiled(program, tmp_path)
@@ -367,7 +362,6 @@ def test_numbers_that_a_type_cannot_hold_are_refused() -> None:
 
 
 def clean(program: ControllerProgram, folder: Path, precision: str) -> None:
-    """Compile as C99 and C++ with all warnings as errors; run self-test and example."""
     word = written(program, folder, ExportSettings(precision=_precision(precision)))
     law, test = f"{word}.c", f"{word}_test.c"
     run([compiler(), *C99, *STRICT, *SANITIZED, *NO_DIVISION_BY_ZERO, law, test, "-lm",

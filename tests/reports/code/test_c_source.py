@@ -40,7 +40,6 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def design(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A certificate, its gain file, and a scheduled law in C: the folder where they are."""
     out = tmp_path_factory.mktemp("design") / "out"
     with undrawn():
         assert main(["design", "truck_trailer", "--out", str(out), "--effort", "small"]) == 0
@@ -50,7 +49,6 @@ def design(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def copied(design: Path, folder: Path, what: str = "", by: str = "") -> Path:
-    """Copy the C files of a design, with the first place of a pattern changed in the source."""
     for file in (design / "c").iterdir():
         folder.joinpath(file.name).write_bytes(file.read_bytes())
     path = folder / "truck_with_trailer.c"
@@ -250,7 +248,6 @@ def file_of(kind: str) -> Document:
 
 
 def file_from(written: str) -> Document:
-    """Return the gain file that follows from a certificate."""
     return dict(with_decimals(gain_file.expected_file(read_text(written, "certificate"))))
 
 
@@ -339,7 +336,6 @@ def test_a_law_is_refused(change: dict[str, float], words: str) -> None:
 
 
 def with_one_wind_more(turbine: Document, wind: str) -> Document:
-    """Return the file with one interval more, of equal numbers."""
     changed = deepcopy(turbine)
     law = changed["law"]
     for row in (one for one in law.values() if isinstance(one, list)):

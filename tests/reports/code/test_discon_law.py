@@ -69,12 +69,10 @@ def rows(turbine_design: TurbineDesign) -> list[Row]:
 
 
 def _whole(wind: WindSeries) -> WindSeries:
-    """Return the wind over a whole number of samples."""
     return WindSeries(np.append(wind.time[:-1], 70.0), wind.speed, wind.name)
 
 
 def sent(library: Path, file: Path, rows: list[Row]) -> Iterator[tuple[float, float]]:
-    """Yield torque and pitch demand for each row; first and last call around them."""
     run = Simulator(library, file, step=T)
     run.pitch(rows[0][2])
     assert run.call(0, 0.0)[2:] == (0, "")
@@ -88,7 +86,6 @@ def sent(library: Path, file: Path, rows: list[Row]) -> Iterator[tuple[float, fl
 
 
 def seen_speed(speed: float) -> float:
-    """Return the rotor speed that the library reads from record 20."""
     return float(np.float32(speed * GEAR_RATIO)) / GEAR_RATIO
 
 
@@ -104,10 +101,7 @@ def test_a_run_of_wind_steps(library: Path, rows: list[Row], turbine_design: Tur
 
 
 def test_the_log_says_where_the_estimate_is_held(library: Path, tmp_path: Path) -> None:
-    """A rotor that stops: behind the filter its tip-speed ratio falls below the table's.
-
-    It is no message: in a gust above 25 m/s the estimate is held as well, beyond the law's tables.
-    """
+    """A rotor that stops has a tip-speed ratio below the table's; that is no message."""
     log = tmp_path / "log.csv"
     run = Simulator(library, edited(input_file(library), tmp_path / "i", log_file=log),
                     "held", T)  # fmt: skip
@@ -230,7 +224,6 @@ def file(made: Path) -> Path:
 
 
 def started(copied: Path, file: Path, name: str, *, calls: int = 5) -> Simulator:
-    """Return a simulation after its first call and some running ones, 1.2 rad/s and 0.1 rad."""
     run = Simulator(copied, file, name, T)
     run.pitch(0.1)
     assert run.call(0, 0.0).fail == 0
@@ -240,7 +233,6 @@ def started(copied: Path, file: Path, name: str, *, calls: int = 5) -> Simulator
 
 
 def sane(answer: Answer) -> bool:
-    """Return whether what is sent is within the actuators' limits."""
     return 0 <= answer.torque <= 47402.92 and 0 <= answer.pitch <= math.pi / 2 + 1e-6
 
 

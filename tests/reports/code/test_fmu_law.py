@@ -27,7 +27,6 @@ SAMPLES = 60
 
 
 def compared(gains: Path, time: float, random: Random) -> int:
-    """Compare both FMUs with the law in Python at random inputs; return how many values."""
     program, made = exported(gains, sample_time=time)
     times = time * np.arange(SAMPLES + 1)
     inputs = {}
@@ -265,12 +264,7 @@ TIME = 0.01
 
 
 class Slave:
-    """A law as an instance that is called function by function.
-
-    Attributes
-    ----------
-    said : status and text of all messages.
-    """
+    """A law as an instance that is called function by function; ``said`` are its messages."""
 
     def __init__(self, file: Path, folder: Path, token: str | None = None) -> None:
         fmpy()

@@ -49,7 +49,6 @@ save -v6 sent.mat sent
 def octave(
     program: ControllerProgram, rows: Sequence[dict[str, float]], time: float, folder: Path
 ) -> np.ndarray:
-    """Return outputs and status, a row for each sample."""
     command = shutil.which("octave-cli")
     if command is None:
         pytest.skip("Octave is not installed")
@@ -71,7 +70,6 @@ def octave(
 def compared(
     program: ControllerProgram, rows: Sequence[dict[str, float]], time: float, folder: Path
 ) -> None:
-    """Compare every sample with the program run in Python, to 1e-9."""
     run = ProgramRun(program)
     sent = octave(program, rows, time, folder)
     assert len(sent) == len(rows)

@@ -1,8 +1,4 @@
-"""Set-points of speed and power as inputs of exported code: ranges, start values, commands.
-
-The law is the default one of the NREL 5-MW turbine, from a recorded certificate; it takes
-1.05 rad/s and 90 % of rated torque to the rated ones.
-"""
+"""Set-points of speed and power as inputs of exported code, of a recorded NREL 5-MW design."""
 
 from __future__ import annotations
 
@@ -49,7 +45,6 @@ def program() -> ControllerProgram:
 
 
 def waves(samples: int) -> Iterator[tuple[float, float, float, float, float]]:
-    """Yield speed, pitch, wind and set-points of samples around rated wind."""
     for k in range(samples):
         t = T * k
         speed, power = SETPOINTS[k * len(SETPOINTS) // samples]
@@ -58,7 +53,6 @@ def waves(samples: int) -> Iterator[tuple[float, float, float, float, float]]:
 
 
 def rows(program: ControllerProgram, samples: int) -> Iterator[Given]:
-    """Yield the inputs of the whole program."""
     for speed, pitch, wind, slowest, power in waves(samples):
         inputs_of_sample = {"measured_speed": speed, "pitch": pitch, "wind_guess": wind}
         yield inputs_of_sample | {"speed_setpoint": slowest, "power_setpoint": power}

@@ -1,7 +1,4 @@
-"""A sample time that is too long for filters and observer is refused, or said at every step.
-
-The law is the default one of the NREL 5-MW turbine: its band-stop is at 9.3 rad/s.
-"""
+"""A sample time too long for filters (band-stop at 9.3 rad/s) and observer is refused or said."""
 
 from __future__ import annotations
 
@@ -219,7 +216,6 @@ def test_the_longest_with_an_observer_is_shorter(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def tanks(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, PlantDesign]:
-    """The folder of plant.toml and gains.json, and the design."""
     folder = tmp_path_factory.mktemp("tanks")
     return folder, designed_in(folder, TANKS)
 

@@ -32,7 +32,6 @@ def block_of(program: ControllerProgram) -> FunctionBlock:
 
 
 def without_erf() -> dict[str, Any]:
-    """Return the document with every function but erf, which Structured Text does not have."""
     document = every_function()
     for step in document["programs"][0]["steps"]:
         step["formula"] = step["formula"].replace(" + erf(x)", "")
@@ -40,7 +39,6 @@ def without_erf() -> dict[str, Any]:
 
 
 def same(block: FunctionBlock, run: ProgramRun, time: float, given: dict[str, float]) -> None:
-    """Compare one sample, to 1e-12 of the larger of 1 and the value."""
     sent, wanted = block.call(sample_time=time, **given), run.sample(time, given)
     for name, value in wanted.items():
         assert sent[name.upper()] == pytest.approx(value, rel=1e-12, abs=1e-12), name
@@ -191,10 +189,7 @@ def test_keywords_as_names(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["truck_trailer", "cart_pole", "every function"])
 @pytest.mark.slow
 def test_an_independent_parser_reads_it(name: str, tmp_path: Path, reduced: bool) -> None:
-    """With blark, which takes minutes for the tables of a turbine: these have every statement.
-
-    Reduced: the sixteen rules of the cart with a pole are no statement of their own.
-    """
+    """With blark, which takes minutes for the tables of a turbine: these have every statement."""
     if reduced and name == "cart_pole":
         pytest.skip("reduced: it has no statement that the others have not")
     blark = pytest.importorskip("blark.parse")

@@ -48,7 +48,6 @@ def published(proved: int) -> dict[str, Any]:
 
 
 def sweep(law: str, axes: tuple[Axis, ...], results: list[dict[str, Any]]) -> Sweep:
-    """A finished sweep, with the axes' values in its rows."""
     places: list[dict[str, float]] = [{}]
     for axis in axes:
         places = [{**place, axis.label: value} for place in places for value in axis.values]
