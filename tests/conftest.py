@@ -35,10 +35,7 @@ settings.load_profile("takagi")
 
 
 def pytest_collection_finish() -> None:
-    """What is imported and collected stays to the end: let no search for garbage look at it.
-
-    It begins after 50000 new objects instead of 700: a twentieth of all time was spent on it.
-    """
+    """Let no search for garbage, a twentieth of all time, look at what is collected and stays."""
     gc.collect()
     gc.freeze()
     gc.set_threshold(50_000, 20, 50)
@@ -72,11 +69,7 @@ def group_of(file: str) -> str:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Give one process all tests of a group.
-
-    The mark ``xdist_group`` does not serve: xdist 3.8 writes it into a name that pytest 9.2 no
-    longer reads.
-    """
+    """Give one process all tests of a group: pytest 9.2 does not read xdist's mark of a group."""
     from xdist.scheduler import LoadScopeScheduling
 
     class GroupScheduling(LoadScopeScheduling):  # type: ignore[misc, unused-ignore]

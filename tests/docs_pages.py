@@ -21,13 +21,11 @@ def text_of(page: str) -> str:
 
 
 def fenced(text: str, language: str) -> list[str]:
-    """Return the fenced blocks of a language."""
     return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
 
 
 @cache
 def catalogue(name: str) -> Any:
-    """Return a module that makes a page; it lies beside the page, not in the package."""
     sys.path.insert(0, str(DOCS))
     try:
         return import_module(name)

@@ -5,14 +5,11 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from takagi.models import TSModel, full_load_model, nrel5mw, partial_load_model
+from takagi.models import Floats, TSModel, full_load_model, nrel5mw, partial_load_model
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.data import rotor_torque
-
-Floats = NDArray[np.float64]
 
 
 @cache
@@ -24,7 +21,6 @@ def regional_models() -> tuple[TSModel, TSModel]:
 
 
 def loop_rate(law: PublishedLaw, wind: float, z: Floats, *, clip: bool = False) -> Floats:
-    """Return z' of the nonlinear design model under the law: z = (omega, beta, integrals)."""
     seen = Measurement(float(z[0]), float(z[1]), wind)
     command = law.command(z[2:], seen)
     turbine = nrel5mw()

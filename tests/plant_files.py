@@ -13,14 +13,12 @@ if TYPE_CHECKING:
 
 
 def written(folder: Path, text: str, name: str = "plant.toml") -> Path:
-    """Write a file, and return its path."""
     path = folder / name
     path.write_text(text, encoding="utf-8")
     return path
 
 
 def filed_plant(folder: Path, text: str, name: str = "plant.toml") -> Plant:
-    """Return the plant of a text, which is written as a file."""
     return load_plant(written(folder, text, name))
 
 

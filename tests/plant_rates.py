@@ -15,9 +15,6 @@ from takagi.models.plant_simulation.runs import right_side
 def plant_rate(
     plant: Plant, uncertain: Mapping[str, Fraction] | None = None
 ) -> Callable[[Floats, Floats], Floats]:
-    """Return (x, u) -> x' (x(t + T) in discrete time), disturbances at rest.
-
-    ``uncertain`` : signal -> value, of uncertain parameters, references and disturbances.
-    """
+    """Return (x, u) -> x'; ``uncertain`` : signal -> value of what else acts, otherwise at rest."""
     rate, none = right_side(plant, fixed=uncertain), np.zeros(0)
     return lambda x, u: rate(x, u, none)

@@ -20,8 +20,6 @@ def plant_of(
     outputs: Sequence[sp.Expr] = (),
     **members: Any,
 ) -> Plant:
-    """Return the plant that rests at 0; further members are those of ``Plant``."""
-
     def variables(symbols: Sequence[sp.Symbol]) -> tuple[Variable, ...]:
         sides = [Interval.of(*box[s]) if s in box else None for s in symbols]
         return tuple(Variable(s, "-", side) for s, side in zip(symbols, sides, strict=True))

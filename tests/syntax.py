@@ -11,13 +11,7 @@ from pathlib import Path
 
 @dataclass(frozen=True, slots=True)
 class Syntax:
-    """What a file imports, wherever it stands in the file.
-
-    Attributes
-    ----------
-    imports : (module, name) of each import; the name of ``import x`` is empty.
-    relative : whether an import is relative.
-    """
+    """(module, name) of each import, the name of ``import x`` empty; whether any is relative."""
 
     imports: tuple[tuple[str, str], ...]
     relative: bool
@@ -25,7 +19,6 @@ class Syntax:
 
 @cache
 def syntax(path: Path) -> Syntax:
-    """Return what a file imports."""
     imports: list[tuple[str, str]] = []
     relative = False
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

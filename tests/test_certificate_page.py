@@ -1,8 +1,4 @@
-"""README and pages promise no more than the default certificate proves, rounded to the safe side.
-
-``docs/figures/nrel5mw-certificate.json`` is what ``takagi design nrel5mw`` wrote; it is checked
-here again.  A number of a page may be less than what is proved, and not much less.
-"""
+"""README and pages promise no more than the recorded default certificate proves."""
 
 from __future__ import annotations
 
@@ -59,7 +55,6 @@ def row(title: str) -> tuple[list[Fraction], list[Fraction]]:
 
 
 def test_the_stored_certificate_is_proved() -> None:
-    """By the filter that is the default, with the turbine's own file."""
     found = check(STORED, model=ROOT / "models" / "data" / "nrel5mw.toml")
 
     assert found.verdict is Verdict.PROVED
@@ -82,7 +77,6 @@ def test_the_stored_certificate_is_proved() -> None:
 
 
 def test_the_pages_say_at_which_winds_the_running_loop_is_proved(stored: Any) -> None:
-    """All of them, as the stored certificate has it, with its cells and its rate."""
     claim = next(claim for claim in stored["claims"] if claim["kind"] == "running-loop")
     assert [[Fraction(end) for end in row] for row in claim["winds"]] == [[3, 25]]
     for name in ("docs/certificate.md", "docs/running-loop.md", "README.md"):

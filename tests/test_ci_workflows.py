@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 import subprocess
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -21,13 +23,12 @@ from takagi.models.plant_files.loader import PlantFile
 from takagi.reports.design_folder import law_files
 from takagi.reports.output import write_folder
 from tests.takagi_tool import path_with_takagi
-from tests.test_ci_page import PLANT
+from tests.undrawn import undrawn
 
 WHO = ("-c", "user.name=test", "-c", "user.email=test@example.invalid")
 
 
 def git(place: Path, *arguments: str) -> str:
-    """Run git; return what it prints."""
     done = subprocess.run(
         ["git", *WHO, *arguments], cwd=place, check=True, capture_output=True, text=True
     )
@@ -35,7 +36,6 @@ def git(place: Path, *arguments: str) -> str:
 
 
 def written(place: Path, service: str, subject: str) -> str:
-    """Write the workflow for a file or folder of a repository; return its text."""
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place)
         assert main(["new", subject, "--ci", service, "--force"]) == 0
@@ -51,7 +51,6 @@ def github_steps(text: str) -> list[tuple[str, bool, str]]:
 
 
 def gitlab_script(text: str) -> str:
-    """Return ``script`` of the job as one shell script."""
     return "\n".join(yaml.safe_load(text)["takagi"]["script"])
 
 
@@ -79,7 +78,6 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def changed(base: Path, folder: Path, change: Callable[[Path], object]) -> Path:
-    """Return a clone with a branch on which something was changed and committed."""
     place = folder / "clone"
     git(folder, "clone", "--quiet", str(base), str(place))
     git(place, "checkout", "--quiet", "-b", "change")
@@ -90,7 +88,7 @@ def changed(base: Path, folder: Path, change: Callable[[Path], object]) -> Path:
 
 
 def nothing(_: Path) -> None:
-    """Change nothing that counts."""
+    return
 
 
 def worse(place: Path) -> None:
@@ -165,7 +163,6 @@ def test_a_branch_that_brings_its_own_baseline_fails(base: Path, tmp_path: Path)
 
 @pytest.mark.slow
 def test_where_check_fails_the_comparison_is_shown(base: Path, tmp_path: Path) -> None:
-    """The job fails by its first step; the others run, and the summary has both."""
     place = changed(base, tmp_path, edited)
 
     statuses, summary = on_github(place, tmp_path)
@@ -177,7 +174,6 @@ def test_where_check_fails_the_comparison_is_shown(base: Path, tmp_path: Path) -
 
 @pytest.mark.slow
 def test_gitlab_notices_the_same(base: Path, tmp_path: Path) -> None:
-    """A changed limit: the script fails by its check, and the comparison is there."""
     place = changed(base, tmp_path, edited)
 
     done = bash(
@@ -206,8 +202,6 @@ def test_on_the_target_branch_the_commit_before_is_the_baseline(base: Path, tmp_
 
 @pytest.mark.slow
 def test_a_plant_is_designed_on_both_branches(base: Path, tmp_path: Path) -> None:
-    """No design is committed: a smaller decay rate in the plant's file is noticed, and linked."""
-
     def slower(place: Path) -> None:
         plant = place / "plant.toml"
         plant.write_text(plant.read_text() + "\n[design]\ndecay_rate = 0.05\n")
@@ -277,7 +271,6 @@ def test_what_cannot_be_proved_in_ci_is_refused(
 def test_a_workflow_is_replaced_with_force_only(
     base: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """From a folder below, the file is written at the top of the repository."""
     place = changed(base, tmp_path, nothing)
     monkeypatch.chdir(place / "build")
     (place / ".gitlab-ci.yml").write_text("mine: {}")
@@ -288,3 +281,131 @@ def test_a_workflow_is_replaced_with_force_only(
     assert main(["new", ".", "--ci", "gitlab", "--force"]) == 0
     script = (place / ".gitlab-ci.yml").read_text(encoding="utf-8")
     assert "--gains build/gains.json --model plant.toml" in script
+
+
+Capture = pytest.CaptureFixture[str]
+PAGE = (Path(__file__).parents[1] / "docs" / "ci.md").read_text(encoding="utf-8")
+PLANT = """
+format = 1
+kind = "plant"
+name = "cart on a spring"
+
+[parameters]
+mass = { value = 1, unit = "kg" }
+k = { value = 2, unit = "N/m" }
+k3 = { value = 0.5, unit = "N/m^3" }
+
+[states]
+x = { unit = "m", range = [-1, 1] }
+v = { unit = "m/s", range = [-2, 2] }
+
+[inputs]
+F = { unit = "N" }
+
+[equations]
+x = "v"
+v = "(F - k*x + k3*x^3)/mass"
+"""
+
+
+def commands(language: str) -> list[list[str]]:
+    blocks = re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+    lines = [line for block in blocks for line in block.splitlines()]
+    found = [re.search(r"(?:^|- (?:run: )?|run: )takagi (.*)$", line) for line in lines]
+    return [shlex.split(match[1]) for match in found if match]
+
+
+def shell() -> list[list[str]]:
+    return commands("sh")
+
+
+@pytest.fixture(scope="module")
+def repository(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("repository")
+    (folder / "plant.toml").write_text(PLANT, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch, undrawn():
+        patch.chdir(folder)
+        design = re.search(r"^    takagi (design .*)$", PAGE, re.MULTILINE)
+        assert design is not None
+        assert main(shlex.split(design[1])) == 0
+    return folder
+
+
+@pytest.fixture
+def inside(repository: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(repository)
+    return repository
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_page_pass(inside: Path) -> None:
+    """Three lines, three times status 0, and the reports are there to be read."""
+    (inside / "base.json").write_bytes((inside / "build" / "certificate.json").read_bytes())
+    assert [command[0] for command in shell()] == ["check", "certify", "compare"]
+    for command in shell():
+        assert main(command) == 0, command
+
+    suite = ElementTree.parse(inside / "checks.xml").getroot()[0]
+    assert suite.get("failures") == "0" and len(suite.findall("testcase")) > 3
+    assert json.loads((inside / "checks.sarif").read_text())["runs"][0]["results"] == []
+    assert "PROVED" in (inside / "checks.md").read_text()
+    assert "nothing got worse" in (inside / "comparison.md").read_text()
+
+
+def told(edited: Path, old: str, new: str, command: list[str], capsys: Capture) -> tuple[int, str]:
+    before = edited.read_text(encoding="utf-8")
+    assert old in before
+    edited.write_text(before.replace(old, new, 1), encoding="utf-8")
+    try:
+        status = main(command)
+    finally:
+        edited.write_text(before, encoding="utf-8")
+    printed = capsys.readouterr()
+    return status, printed.out + printed.err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ("mass = { value = 1", "mass = { value = 2", "parameters.mass.value is 2 there, 1 in"),
+        ("range = [-1, 1]", "range = [-0.5, 1]", "states.x.range[0] is -0.5 there, -1 in"),
+        ("- k*x ", "- 3*k*x ", "equations.v is (F - 3*k*x + k3*x^3)/mass there, (F - k*x +"),
+        ('name = "cart', 'name = "Cart', "name is Cart on a spring there, cart on a spring in"),
+    ],
+)
+def test_a_changed_model_is_refused_with_what_changed(
+    inside: Path, capsys: Capture, old: str, new: str, what: str
+) -> None:
+    """Status 1, the field and both values, though every proof in the file is right."""
+    status, text = told(inside / "plant.toml", old, new, shell()[0], capsys)
+
+    assert status == 1
+    assert "not the certificate's model" in text and what in text
+
+
+def test_a_changed_gain_is_refused_with_both_numbers(inside: Path, capsys: Capture) -> None:
+    gains = inside / "build" / "gains.json"
+    law = json.loads(gains.read_text())["law"]
+    before = gains.read_text()
+    first = law["K"][0][0][0]
+    law["K"][0][0][0] = 123.5
+    gains.write_text(json.dumps({"law": law}))
+    try:
+        status = main(shell()[0])
+    finally:
+        gains.write_text(before)
+
+    assert status == 1
+    text = capsys.readouterr().err
+    assert f"K[0][0][0] is 123.5 there, {first!r} in the certificate" in text
+
+
+def test_a_worse_design_fails_against_the_baseline(inside: Path, capsys: Capture) -> None:
+    (inside / "base.json").write_bytes((inside / "build" / "certificate.json").read_bytes())
+    command = [part for part in shell()[1] if part not in ("--gains", "build/gains.json")]
+
+    assert main([*command, "--decay-rate", "0.05"]) == 1
+
+    text = capsys.readouterr().out
+    assert "new.json: PROVED" in text and "WORSE" in text
+    assert "configuration: decay_rate: nothing -> 0.05" in text

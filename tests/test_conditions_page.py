@@ -16,7 +16,6 @@ SIZES = ((5, 4, 3, 2, 1), (2, 3, 1, 1, 2), (3, 2, 2, 2, 2))
 
 
 def written(page: str) -> list[str]:
-    """The formulas of a page."""
     return re.findall(r"^```math\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
 
 
@@ -28,7 +27,6 @@ def test_every_condition_of_the_layer_has_an_entry() -> None:
 
 
 def test_every_call_of_the_page_exists() -> None:
-    """What is renamed leaves no trace on the page."""
     text = PAGE
 
     named = set(re.findall(r"`takagi\.lmi\.(\w+)`", text))
@@ -38,7 +36,6 @@ def test_every_call_of_the_page_exists() -> None:
 
 @pytest.mark.parametrize("sizes", SIZES, ids=str)
 def test_the_costs_are_those_of_what_is_posed(sizes: tuple[int, ...]) -> None:
-    """Each expression in r, n, m, p, q, at sizes other than those that are printed."""
     entry_module, counts = catalogue("catalogue.entry"), catalogue("catalogue.formula").counts
     given = dict(zip("rnmpq", sizes, strict=True))
     for entry in catalogue("catalogue.page").entries():
@@ -63,7 +60,6 @@ def test_a_size_without_a_letter_is_an_error() -> None:
 
 @pytest.mark.tex
 def test_every_formula_compiles_and_fits_a_page(tmp_path: Path) -> None:
-    """pdflatex on a landscape page: no error, and no line wider than the text."""
     text = catalogue("catalogue.sheet").sheet(PAGE)
     (tmp_path / "sheet.tex").write_text(text, encoding="utf-8")
 

@@ -1,7 +1,4 @@
-"""What is loaded: by the checker the standard library, by floors and fast verbs nothing heavy.
-
-The order of the floors is a contract of import-linter (``make layers``).
-"""
+"""What is loaded: by the checker the standard library, by floors and fast verbs nothing heavy."""
 
 from __future__ import annotations
 
@@ -46,10 +43,7 @@ def loaded_by(statement: str) -> set[str]:
 
 @pytest.mark.parametrize("arguments", [["--help"], ["check", "--help"], ["check", "no-such-file"]])
 def test_the_fast_verbs_load_nothing_heavy(arguments: list[str]) -> None:
-    """`takagi check` must run where only the standard library can be trusted.
-
-    Help of either loads no makers of designs, and no checker.
-    """
+    """`takagi check` must run where only the standard library can be trusted."""
     loaded = loaded_by(f"from takagi.cli.main import main; main({arguments!r})")
 
     assert "takagi.cli.main" in loaded
@@ -68,7 +62,6 @@ def test_help_of_a_verb_loads_no_numbers(verb: str) -> None:
 
 
 def test_using_a_vertex_model_does_not_import_sympy() -> None:
-    """sympy is needed for derivations only."""
     assert "sympy" not in loaded_by("from takagi.models import TSModel; TSModel([[[1.0]]])")
 
 
@@ -91,10 +84,7 @@ Graph = dict[str, set[str]]
 
 
 def imports(root: Path, floor: str) -> dict[str, list[tuple[str, str]]]:
-    """Return import name -> (module, name) of its imports, of all modules and packages.
-
-    The name of ``import x`` is empty.
-    """
+    """Return import name -> (module, name) of its imports; the name of ``import x`` is empty."""
     return {
         ".".join(["takagi", *path.relative_to(root).with_suffix("").parts]).removesuffix(
             ".__init__"
@@ -116,11 +106,7 @@ def _dots(module: str) -> list[int]:
 
 
 def graph_of(root: Path, floor: str) -> Graph:
-    """Return module -> modules of the same floor that it imports.
-
-    What the ``__init__`` of a package hands out is not an import of the package: an import of it
-    is an import of the module that has the name.
-    """
+    """An import of what a package's ``__init__`` hands out is one of the module that has it."""
     named = imports(root, floor)
     holders = {module[:place] for module in named for place in _dots(module)}
     packages = {
@@ -172,7 +158,6 @@ def test_no_module_leads_back_to_itself(floor: str) -> None:
 
 @pytest.mark.parametrize("floor", ROOMS)
 def test_no_room_leads_back_to_itself(floor: str) -> None:
-    """Of two folders, or of a folder and a module beside it, only one imports the other."""
     found = circle(rooms_of(graph_of(ROOT, floor)))
 
     assert found == "", f"rooms of {floor} import each other in a circle"

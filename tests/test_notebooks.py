@@ -26,14 +26,12 @@ SHOWN = {
 
 
 def content_of(notebook: Path) -> Any:
-    """Return a notebook as its format's own library reads it."""
     # The library has no types for this function.
     read: Any = nbformat.read
     return read(notebook, as_version=4)
 
 
 def test_five_notebooks_are_listed() -> None:
-    """Each in the table of the index, and no other."""
     index = (FOLDER / "index.md").read_text(encoding="utf-8")
 
     assert sorted(re.findall(r"\(([a-z-]+)\.ipynb\)", index)) == [n.stem for n in NOTEBOOKS]
@@ -42,7 +40,6 @@ def test_five_notebooks_are_listed() -> None:
 
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_is_stored_without_output(notebook: Path) -> None:
-    """Valid by the format's schema; its links lead to pages that exist."""
     content = content_of(notebook)
     nbformat.validate(content)
 
@@ -57,7 +54,6 @@ def test_a_notebook_is_stored_without_output(notebook: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_runs(notebook: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In an empty folder; a cell that fails stops it, and its outputs are those of its text."""
     monkeypatch.setenv("PATH", path_with_takagi(tmp_path / "tools"))
     monkeypatch.setenv("MPLBACKEND", "agg")
     content = content_of(notebook)

@@ -53,7 +53,6 @@ def test_every_package_on_disk_is_shipped() -> None:
 
 
 def test_every_package_says_what_it_holds() -> None:
-    """A folder without a documented `__init__` is a package only by accident."""
     inits = {folder / "__init__.py" for folder in packages_on_disk().values()}
 
     silent = [
@@ -95,7 +94,6 @@ def test_no_address_is_named(name: str) -> None:
 
 
 def test_the_release_is_one_number_everywhere() -> None:
-    """``takagi.__version__``, the command, and the distribution."""
     program = "import takagi, takagi.models; print('takagi', takagi.__version__)"
     said = [
         subprocess.run([sys.executable, *how], capture_output=True, text=True, check=True).stdout

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import re
+import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,9 @@ import pytest
 from takagi.certificates import Verdict
 from takagi.certificates.checker.replay.claim_kinds import KINDS
 from takagi.certificates.design.plant.design import certify_plant
+from takagi.cli import command as cli_command
+from takagi.cli.main import VERBS, main
+from takagi.cli.verbs import check as check_verb
 from takagi.models import ModelError
 from takagi.models.blending.blending import blending_of
 from takagi.models.plant.design_settings import PlantSettings
@@ -34,7 +39,6 @@ CODE = [
 
 @pytest.mark.parametrize(("page", "section", "least"), CODE)
 def test_every_block_prints_what_the_page_shows(page: str, section: str, least: int) -> None:
-    """All blocks in one namespace, in order; a block without output prints nothing."""
     shared: dict[str, object] = {}
     text = text_of(page)
     if section:
@@ -47,7 +51,6 @@ def test_every_block_prints_what_the_page_shows(page: str, section: str, least: 
 
 
 def test_every_output_stands_below_its_code() -> None:
-    """A block of text that no code precedes would be shown and never checked."""
     page = text_of("lmi.md")
 
     assert sum(block.shown is not None for block in blocks(page)) == page.count("\n```text\n")
@@ -66,7 +69,6 @@ def test_every_kind_of_claim_is_on_the_page() -> None:
 
 
 def rows() -> dict[str, list[str]]:
-    """Return the cells after the plant's name of the table of static output feedback."""
     text = text_of("output-feedback.md")
     table = text.split("<!-- begin table -->")[1].split("<!-- end table -->")[0]
     cells = [
@@ -113,7 +115,6 @@ def test_few_files_lie_in_the_root_of_a_floor(floor: str) -> None:
 
 
 def test_one_number_can_be_followed() -> None:
-    """Each stop is a file that exists, with a name that occurs in it."""
     text = text_of("architecture.md").partition("## Follow one number")[2]
     stops = re.findall(r"^(\d+)\. `([^`]+)` `([^`]+)`:", text.partition("\n## ")[0], re.MULTILINE)
 
@@ -137,7 +138,6 @@ def measured() -> list[dict[str, str]]:
 
 
 def test_the_page_has_the_tables_of_the_file() -> None:
-    """What benchmarks/openfast_table.py --table prints, line by line."""
     command = [sys.executable, "benchmarks/openfast_table.py", "--table"]
     printed = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout
 
@@ -157,7 +157,6 @@ def test_every_wind_has_every_controller_once() -> None:
 
 @pytest.mark.parametrize("column", COLUMNS)
 def test_the_readme_has_all_winds_of_the_file(column: str) -> None:
-    """Those too where the law is worse; takagi, reference controller, ROSCO in each cell."""
     winds = {row["mean_wind_mps"]: row for row in measured()}
     for wind in winds:
         at = {row["controller"]: row[column] for row in measured() if row["mean_wind_mps"] == wind}
@@ -215,3 +214,111 @@ def test_every_field_is_on_the_page() -> None:
     assert not [
         name for name in names if f"`{name}`" not in BLENDING and f"`effort.{name}`" not in BLENDING
     ]
+
+
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))]
+# Pages whose Python a test of another file runs, and how many blocks it runs.
+ELSEWHERE = {
+    "README.md": ("tests/test_pages.py", 1),
+    "certificate.md": ("tests/cli/test_certify.py", 1),
+    "gain-file.md": ("tests/reports/test_gain_file_alone.py", 2),
+    "models.md": ("tests/models/control_systems/test_systems.py", 1),
+    "plants.md": ("tests/models/plant/test_plants_page.py", 1),
+}
+
+
+def shell(text: str) -> Iterator[str]:
+    """Yield the commands of takagi in blocks of a shell: fenced, or indented by four spaces."""
+    indented = re.findall(r"^    (?:\$ )?(takagi .*(?:(?<=\\)\n.*)*)", text, flags=re.MULTILINE)
+    for block in [*fenced(text, "sh"), *fenced(text, "bash"), *indented]:
+        for line in block.replace("\\\n", " ").splitlines():
+            for part in re.split(r"&&|;|\|", line):
+                if part.strip().startswith("takagi "):
+                    yield part.strip().partition(" < ")[0].partition(" > ")[0]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_command_is_understood(
+    page: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(cli_command, "guard", lambda work, as_json=False: 0)
+    monkeypatch.setattr(check_verb, "_check", lambda options: 0)
+
+    wrong = [
+        f"{line}\n{capsys.readouterr().err}"
+        for line in shell(page.read_text(encoding="utf-8"))
+        if main(shlex.split(line, comments=True)[1:]) != 0
+    ]
+
+    assert wrong == []
+
+
+def test_a_wrong_option_is_noticed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(cli_command, "guard", lambda work, as_json=False: 0)
+
+    assert main(["design", "cart_pole", "--out", "build/x", "--decay-rate", "2"]) == 0
+    assert main(["design", "cart_pole", "--out", "build/x", "--decay-speed", "2"]) == 2
+
+
+def test_every_block_of_python_runs_in_a_test() -> None:
+    """A page that gets a block is named here, or in the list of tests/test_pages.py."""
+    run = {str(getattr(entry, "values", entry)[0]) for entry in CODE}
+    without = []
+    for page in PAGES:
+        count = len(fenced(page.read_text(encoding="utf-8"), "python"))
+        file, blocks = ELSEWHERE.get(page.name, ("", 0))
+        if blocks:
+            assert page.name in (ROOT / file).read_text(encoding="utf-8")
+        if count and page.name not in run and count != blocks:
+            without.append(f"{page.name}: {count} blocks, {blocks} of them run")
+
+    assert without == []
+
+
+def test_the_python_example_runs_as_it_stands(tmp_path: Path) -> None:
+    (example,) = fenced(README, "python")
+    command = [sys.executable, "-c", example]
+
+    ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+
+    assert (ran.returncode, ran.stdout, ran.stderr) == (0, "Verdict.PROVED\n", "")
+
+
+@pytest.mark.slow
+def test_the_first_plant_is_proved_as_it_stands(tmp_path: Path) -> None:
+    (tmp_path / "pendulum.toml").write_text(fenced(README, "toml")[0], encoding="utf-8")
+
+    assert main(["design", str(tmp_path / "pendulum.toml"), "--out", str(tmp_path / "out")]) == 0
+    made = (tmp_path / "out/figures/phase.svg").read_text(encoding="utf-8")
+    shown = (ROOT / "docs/figures/pendulum-set.svg").read_text(encoding="utf-8")
+    assert made.count("<path") == shown.count("<path")
+
+
+def test_every_verb_is_in_the_table() -> None:
+    named = set(re.findall(r"^\| `takagi (\w+)", README, flags=re.MULTILINE))
+
+    assert named == {verb.name for verb in VERBS}
+
+
+def test_every_option_in_the_pages_exists() -> None:
+    ours = "design|certify|report|check|simulate|appendix|models"
+    source = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "cli").rglob("*.py"))
+    text = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if re.search(rf"takagi ({ours})|^\| `--", line)]
+    options = {name for line in lines for name in re.findall(r"--([a-z][a-z-]+)", line)}
+
+    missing = {n for n in options if f"--{n}" not in source and n.replace("-", "_") not in source}
+
+    assert options and missing == set()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_link_leads_somewhere(page: Path) -> None:
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    targets = re.findall(r"\]\(([^)#\s]+)[^)]*\)", text)
+
+    broken = [t for t in targets if "://" not in t and not (page.parent / t).exists()]
+
+    assert broken == []

@@ -21,8 +21,6 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture
 def offline(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let every connection and every look-up of an address fail."""
-
     def refused(*_: object, **__: object) -> None:
         raise AssertionError("takagi must not use the network")
 
@@ -33,7 +31,6 @@ def offline(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def design(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A finished design, without its drawings."""
     folder = tmp_path_factory.mktemp("design")
     (folder / "cubic.toml").write_text(CUBIC, encoding="utf-8")
     with undrawn():
@@ -64,7 +61,6 @@ def told(words: list[str], capsys: Capture) -> str:
 def test_a_model_file_of_another_format_is_refused(
     model: str, written: str, words: str, tmp_path: Path, capsys: Capture
 ) -> None:
-    """One sentence: the file, what it says, what is read, and what to do."""
     text = CUBIC if model == "plant" else (data_folder() / "nrel5mw.toml").read_text("utf-8")
     file = tmp_path / "model.toml"
     file.write_text(text.replace("format = 1", written, 1), encoding="utf-8")
@@ -76,7 +72,6 @@ def test_a_model_file_of_another_format_is_refused(
 
 
 def changed(design: Path, folder: Path, name: str, version: int) -> Path:
-    """Return a copy of a file of the design, of another version."""
     content = json.loads((design / name).read_text(encoding="utf-8")) | {"version": version}
     (folder / name).write_text(json.dumps(content), encoding="utf-8")
     return folder / name

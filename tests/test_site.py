@@ -18,7 +18,6 @@ def hooks() -> ModuleType:
 
 
 def beside(name: str) -> ModuleType:
-    """Return a module of docs/site, which is no package."""
     sys.path.insert(0, str(DOCS / "site"))
     try:
         return importlib.import_module(name)
@@ -31,7 +30,6 @@ def beside(name: str) -> ModuleType:
     ["models", "lmi", "certificates", "certificates.checker", "certificates.requests"],
 )
 def test_every_public_name_has_its_place(hooks: ModuleType, package: str) -> None:
-    """What the package hands out at run time, and what is read from its text."""
     module = importlib.import_module(f"takagi.{package}")
     text = hooks.public_names(f"takagi.{package}")
     named = re.findall(rf"^::: takagi\.{re.escape(package)}\.(\w+)$", text, re.MULTILINE)
@@ -101,7 +99,6 @@ ModelError : shapes.
 
 
 def test_a_docstring_keeps_its_signs() -> None:
-    """Nothing is set in italics, code stays code, and a section is a list."""
     text = beside("docstrings").as_markdown(DOCSTRING)
 
     assert "K\\_i" in text and "&lt;= -2 alpha" in text

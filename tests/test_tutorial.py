@@ -73,7 +73,6 @@ def test_every_command_works_and_prints_what_is_shown(tmp_path: Path) -> None:
 
 
 def test_the_file_that_is_shown_is_the_template(tmp_path: Path) -> None:
-    """`takagi new` without a terminal writes these sections, and more comments."""
     ran(fenced(PAGE, "sh")[0], tmp_path)
     written = tomllib.loads((tmp_path / "pendulum.toml").read_text(encoding="utf-8"))
 

@@ -34,7 +34,6 @@ RECORDED = Path(__file__).with_name("turbine_design_cells.json")
 
 
 def searched_design() -> TurbineDesign:
-    """Return the design as ``takagi design nrel5mw --two-step`` makes it."""
     asked = DesignSettings(synthesis="two-step")
     return design_turbine(nrel5mw(), asked, files=model_files("nrel5mw"))
 
@@ -71,24 +70,20 @@ def recorded_cells_for_sought() -> Iterator[None]:
 
 
 def running_loop(design: TurbineDesign) -> Any:
-    """Return the claim of this kind as plain data, or None."""
     claims = design.document["claims"]
     return next((claim for claim in claims if claim["kind"] == "running-loop"), None)
 
 
 def recorded_cells(_: object) -> Iterator[StatedCell]:
-    """Yield the recorded cells, as the search yields those that it finds."""
     for cell in read_text(RECORDED.read_text(encoding="utf-8"), RECORDED.name)["cells"]:
         yield StatedCell.read(cell, len(cell["P"]), RECORDED.name)
 
 
 def recorded_rows() -> list[dict[str, Any]]:
-    """Return the recorded cells as a claim states them."""
     return list(json.loads(RECORDED.read_text(encoding="utf-8"))["cells"])
 
 
 def main() -> None:
-    """Record the function and the cells of today."""
     sought: list[Any] = []
 
     def noted(*given: Any, **options: Any) -> Any:

@@ -8,7 +8,6 @@ from takagi.models.simulation.wind import WindSeries
 
 
 def constant_wind(speed: float, duration: float) -> WindSeries:
-    """Return v(t) = speed [m/s] over the duration [s]."""
     return WindSeries(
         np.array([0.0, duration]), np.array([speed, speed]), f"constant {speed:g} m/s"
     )

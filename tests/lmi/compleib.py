@@ -13,11 +13,9 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from takagi.models import Floats
 from tests.lmi.fixed_order.plants import plant
-
-Floats = NDArray[np.float64]
 
 
 class System(NamedTuple):
@@ -34,7 +32,6 @@ class System(NamedTuple):
 
 
 def system(name: str) -> System:
-    """Return a plant with its least norms."""
     matrices, (hinf, h2) = plant(name), LEAST_NORMS[name]
     A, B1, B, C1, D12, C = (
         np.asarray(array, dtype=np.float64)

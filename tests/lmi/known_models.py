@@ -6,14 +6,12 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
+import control
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi import Answer, Design
 from takagi.lmi.varying.robust_gain import robust_hinf_norm
-from takagi.models import Premise, TSModel
-
-Floats = NDArray[np.float64]
+from takagi.models import Floats, Premise, TSModel
 
 
 def planar_pair(a: float) -> Floats:
@@ -42,6 +40,11 @@ def rolmip_pair(k: float = 1.0) -> Floats:
     return k * np.array([[[0.1, 0.9], [0.0, 0.1]], [[0.5, 0.0], [1.0, 0.5]]])
 
 
+def book_pair() -> Floats:
+    """Qi, Tao and Jiang, page 38, as in github S4JJ4D/MATLAB, .Misc/LMI: x+ = A x, a common P."""
+    return np.array([[[-0.6, 0.3], [0.1, -0.5]], [[-0.5, 0.2], [0.3, -0.5]]])
+
+
 def masses_and_spring() -> TSModel:
     """Two masses, springs and a damper, each parameter in an interval: ROLMIP manual, table 2.
 
@@ -64,6 +67,34 @@ def tanaka_wang_rules(a: float = 2.5, b: float = 25.0) -> TSModel:
     return TSModel(
         [[[2.0, -10.0], [1.0, 0.0]], [[a, -10.0], [1.0, 0.0]]], [[[1.0], [0.0]], [[b], [0.0]]]
     )
+
+
+def cart_pole() -> TSModel:
+    """Wang, Tanaka and Griffin (1996), IEEE Trans. Fuzzy Systems 4(1): pole on a cart, two rules.
+
+    m = 2 kg, M = 8 kg, 2 l = 1 m, g = 9.8 m/s^2; the second rule is at 88 degrees.
+    """
+    mass, half, gravity = 2.0, 0.5, 9.8
+    a, beta = 1 / (mass + 8.0), np.cos(np.deg2rad(88))
+    first = 4 * half / 3 - a * mass * half
+    second = 4 * half / 3 - a * mass * half * beta**2
+    A = np.zeros((2, 2, 2))
+    A[:, 0, 1] = 1.0
+    A[:, 1, 0] = gravity / first, 2 * gravity / (np.pi * second)
+    B = np.zeros((2, 2, 1))
+    B[:, 1, 0] = -a / first, -a * beta / second
+    return TSModel(A, B)
+
+
+def placed(model: TSModel, poles: tuple[float, float] = (-2.0, -2.0)) -> Floats:
+    return np.stack([control.acker(*rule[:2], poles) for rule in model.vertices]).reshape(2, 1, 2)
+
+
+def rules_and_pair(model: TSModel, K: Floats) -> Floats:
+    """Return G_11, G_22, (G_12 + G_21) / 2 of u = -sum_i h_i K_i x."""
+    A, B = model.A, model.B
+    pair = (A[0] - B[0] @ K[1] + A[1] - B[1] @ K[0]) / 2
+    return np.stack([A[0] - B[0] @ K[0], A[1] - B[1] @ K[1], pair])
 
 
 # Tanaka and Sano (1994): gains of the truck with a trailer as printed, u = K x.
@@ -97,24 +128,38 @@ def three_rules(b: float, a: float = 2.0) -> TSModel:
     )
 
 
-def pendulum(step: float | None = None) -> TSModel:
+def pendulum(step: float | None = None, authority: tuple[float, float] = (-0.177, -0.1)) -> TSModel:
     """Return two rules of a pendulum on a cart; by Euler's rule in discrete time."""
     A = np.array([[[0.0, 1.0], [17.3, 0.0]], [[0.0, 1.0], [9.4, 0.0]]])
-    B = np.array([[[0.0], [-0.177]], [[0.0], [-0.1]]])
+    B = np.array([[[0.0], [b]] for b in authority])
     if step is None:
         return TSModel(A, B)
     return TSModel(np.eye(2) + step * A, step * B, sample_time=step)
 
 
+def torque_pendulum() -> TSModel:
+    return pendulum(authority=(-2.0, -1.0))
+
+
+def blended_rates(model: TSModel, design: Design, h: Floats | None = None) -> Floats:
+    """Return -1/2 lambda_max(P^-1 He(P (A(h) - B(h) K(h)))); h random, at corners."""
+    K, P = design.require()
+    r = len(model.A)
+    if h is None:
+        h = np.concatenate([np.random.default_rng(0).dirichlet(np.ones(r), 200), np.eye(r)])
+    A, B, K = (np.tensordot(h, part, axes=1) for part in (model.A, model.B, K))
+    L = np.linalg.cholesky(P)
+    inside = np.linalg.solve(L, ((A - B @ K).transpose(0, 2, 1)) @ L)
+    return np.asarray(-np.linalg.eigvalsh(inside + inside.transpose(0, 2, 1))[:, -1] / 2)
+
+
 def gain_of(answer: Answer) -> float:
-    """Return the gain of an answer that must have one."""
     assert answer.status == "candidate", answer.diagnosis
     assert answer.gain is not None
     return answer.gain
 
 
 def cost_of(design: Design) -> float:
-    """Return the cost of a design that must have one."""
     assert design.status == "candidate", design.answer.diagnosis
     assert design.cost is not None
     return design.cost

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
-Floats = NDArray[np.float64]
+from takagi.models import Floats
 
 
 def third_order() -> tuple[Floats, Floats, Floats]:
@@ -69,13 +68,11 @@ def frequency_norm(A: Floats, B: Floats, C: Floats, D: Floats, points: int = 400
 
 
 def gramian_norm(A: Floats, B: Floats, C: Floats) -> float:
-    """Return the H2 norm from the controllability Gramian, the dual of what is under test."""
     gramian = solve_continuous_lyapunov(A, -B @ B.T)
     return float(np.sqrt(np.trace(C @ gramian @ C.T)))
 
 
 def sampled_gramian_norm(A: Floats, B: Floats, C: Floats, D: Floats) -> float:
-    """Return the H2 norm per sample, from the controllability Gramian."""
     gramian = solve_discrete_lyapunov(A, B @ B.T)
     return float(np.sqrt(np.trace(C @ gramian @ C.T) + np.trace(D @ D.T)))
 

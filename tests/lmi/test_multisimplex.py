@@ -8,11 +8,10 @@ from math import comb
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from takagi.lmi.polynomials import Basis, Known, UnknownPolynomial, contributions
+from takagi.models import Floats
 
-Floats = NDArray[np.float64]
 simplexes = st.lists(st.tuples(st.integers(1, 4), st.integers(0, 3)), min_size=1, max_size=3)
 # An unknown has a weight for every pair of coefficient and member: gigabytes for the largest above.
 small = st.lists(st.tuples(st.integers(1, 3), st.integers(0, 2)), min_size=1, max_size=3)
@@ -67,7 +66,6 @@ def test_products_and_raised_degrees(pairs: list[tuple[int, int]], seed: int) ->
 
 @given(small, st.integers(0, 100))
 def test_unknown_coefficients_and_their_rates(pairs: list[tuple[int, int]], seed: int) -> None:
-    """Contributions sum to the product; derivatives are differences."""
     rng = np.random.default_rng(seed)
     sizes, degrees = split(pairs)
     basis = Basis(sizes, degrees)

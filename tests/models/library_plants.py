@@ -6,12 +6,9 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from takagi.models import Plant, TSModel, Variable, load_model, sector_model
+from takagi.models import Floats, Plant, TSModel, Variable, load_model, sector_model
 from takagi.models.blending.substitution import blended_model
-
-Floats = NDArray[np.float64]
 
 
 def cart_pole(x: Floats, u: Floats, w: Floats) -> list[float]:
@@ -53,8 +50,6 @@ def quarter_car(x: Floats, u: Floats, w: Floats) -> list[float]:
 def between(
     first: list[list[float]], second: list[list[float]]
 ) -> Callable[[Floats, Floats, Floats], Floats]:
-    """Return x' = ((1 - w) first + w second) x."""
-
     def field(x: Floats, u: Floats, w: Floats) -> Floats:
         blended: Floats = ((1 - w[0]) * np.array(first) + w[0] * np.array(second)) @ x
         return blended
@@ -126,7 +121,6 @@ def plant_of(name: str) -> Plant:
 
 @lru_cache
 def model_of(name: str) -> TSModel:
-    """The model of a plant's own equations, without a blend of its actuators."""
     return sector_model(plant_of(name))
 
 
@@ -138,18 +132,15 @@ def library_model(name: str) -> TSModel:
 
 
 def named(plant: Plant, x: Floats, u: Floats, w: Floats) -> dict[str, float]:
-    """Return name -> deviation from rest, of all variables, by the names that the model has."""
     values = map(float, np.concatenate([x, u, w]))
     return dict(zip(map(model_name, plant.variables), values, strict=True))
 
 
 def model_name(variable: Variable) -> str:
-    """Return the name of a variable's deviation in the model."""
     return variable.name if variable.rest == 0 else f"delta_{variable.name}"
 
 
 def blended(name: str, x: Floats, u: Floats, w: Floats) -> Floats:
-    """Return sum_i h_i (A_i x + B_i u + E_i w) at the point."""
     model = model_of(name)
     now = model.blend(model.premise_values(**named(plant_of(name), x, u, w)))
     moved: Floats = now.A @ x + now.B @ u + now.E @ w

@@ -16,7 +16,6 @@ from tests.winds import constant_wind
 
 
 def law() -> Law:
-    """Return the controller; that this passes mypy says it is a Law."""
     return BaselineLaw(nrel5mw())
 
 

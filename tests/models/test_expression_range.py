@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from flint import arb, ctx
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import Interval, ModelError, interpolate_curve, table_function
@@ -56,7 +56,6 @@ def expressions() -> st.SearchStrategy[sp.Expr]:
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None, derandomize=True)
 @given(expressions())
 def test_ranges_contain_every_sample_and_are_tight(expression: sp.Expr) -> None:
     """Outer contains the sampled extremes; where the search ended, by the stated share at most."""
@@ -75,7 +74,6 @@ def test_ranges_contain_every_sample_and_are_tight(expression: sp.Expr) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=40, deadline=None, derandomize=True)
 @given(
     st.lists(
         st.tuples(st.integers(0, 3), st.integers(0, 2), st.integers(-9, 9)), min_size=1, max_size=6
@@ -131,7 +129,6 @@ def test_six_hump_camel_back() -> None:
 def test_ranges_by_calculus(
     expression: sp.Expr, side: tuple[str, str], low: float, high: float
 ) -> None:
-    """Ranges worked out by hand: contained, and exceeded by at most the tolerance."""
     outer = expression_range(expression, {X: Interval.of(*side)}).outer
     width = high - low
 
@@ -159,7 +156,6 @@ def _curve() -> object:
 
 
 def test_a_table_in_an_expression() -> None:
-    """The range over [0.25, 2] contains the samples and is as tight as asked."""
     wave = table_function("wave", _curve())  # type: ignore[arg-type]
     expression = wave(X) * Y + X
     box = {X: Interval.of("0.25", 2), Y: Interval.of(-1, 1)}
@@ -257,7 +253,6 @@ CUBIC = X**3 - X * Y**2 + Y
 
 @pytest.mark.parametrize("expression", [SMOOTH, CUBIC, CUBIC / (1 + X**2)])
 def test_wrong_bounds_are_refused_on_replay(expression: sp.Expr) -> None:
-    """A bound moved inward by a hundredth of the width is not proved."""
     proof = RangeProof(expression, BOX, Fraction(1, 1000))
     bounds = expression_range(expression, BOX, tolerance=proof.tolerance).outer
     assert proof.replay(bounds) == bounds
@@ -273,10 +268,7 @@ def test_wrong_bounds_are_refused_on_replay(expression: sp.Expr) -> None:
 
 
 def test_a_quotient_that_cancels_far_from_its_limit_too() -> None:
-    """(sin(x + y) - sin(x))/y with x known less well than y: ten boxes do where forty do not.
-
-    The retry takes the Taylor form on every box.
-    """
+    """(sin(x + y) - sin(x))/y with x known less well than y: ten boxes do where forty do not."""
     expression = (sp.sin(X + Y) - sp.sin(X) + X**2 * sp.sin(Y)) / Y
     box = {X: Interval.of(-2, 2), Y: Interval.of("0.05", "0.06")}
     found = expression_range(expression, box, most_boxes=40)
@@ -320,13 +312,11 @@ def test_sampled_bounds_say_so() -> None:
 def test_misuse_names_place_and_cure(
     expression: sp.Expr, box: dict[sp.Symbol, Interval], words: str
 ) -> None:
-    """What has no range is refused with the place."""
     with pytest.raises(ModelError, match=words):
         expression_range(expression, box)
 
 
 def test_domains_that_make_no_sense() -> None:
-    """Empty, crossing, doubly defined, or placed by a symbol without range."""
     with pytest.raises(ModelError, match="empty domain"):
         Domain(())
     with pytest.raises(ModelError, match="not provably >= 0"):
@@ -378,7 +368,6 @@ def test_ranges_do_not_depend_on_units_or_kinks(
 
 
 def scaled(seed: int) -> tuple[sp.Expr, dict[sp.Symbol, Interval]]:
-    """Return a sum of products of functions of x/s and y/t, with s and t from 1e-7 to 1e7."""
     chance = random.Random(seed)
     sizes = {s: sp.Integer(10) ** chance.randint(-7, 7) for s in (X, Y)}
     parts = [s / size for s, size in sizes.items()]
@@ -437,11 +426,7 @@ def test_a_single_exponential_or_small_ones_are_left_as_they_are() -> None:
 
 
 def test_a_quotient_of_two_arrhenius_laws_is_bounded_across_its_limit() -> None:
-    """(k1(387 + d) - k1(387) + k3(387 + d) - k3(387))/d, with the derivative at d = 0.
-
-    sympy reads these as powers 97583 and 8560 of exponentials; its greatest common divisor of the
-    numerator asked for numbers of more than 2^36 bits, and the process ended.
-    """
+    """Powers 97583 and 8560 of exponentials in sympy: a common divisor of 2^36 bits."""
     d = sp.Symbol("d", real=True)
     rates = 1287 * 10**9 * FIRST + 9043 * 10**6 * SECOND + c * FIRST * SECOND
     quotient = (rates.subs(T, 387 + d) - rates.subs(T, 387)) / d

@@ -18,13 +18,11 @@ PITCH_BAND = 0.034907
 
 @lru_cache
 def model() -> TSModel:
-    """Return the default model of the NREL 5-MW turbine."""
     return full_load_model(nrel5mw())
 
 
 @lru_cache
 def band() -> OperatingBand:
-    """Return the tube that the default model is built on."""
     low, high = (float(end) for end in model().box["wind estimate [m/s]"])
     return operating_band(
         nrel5mw(), (low, high), speed_band="0.1", pitch_band=PITCH_BAND, wind_band="0.5"

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from takagi.models import (
+    Floats,
     Interval,
     ModelError,
     Premise,
@@ -32,10 +31,7 @@ from takagi.models.turbine.operating_band import (
     operating_band,
     slope_enclosure,
     slope_gradient,
-    slope_range,
 )
-
-Floats = NDArray[np.float64]
 
 TURBINES = [name for name, kind in built_in_kinds().items() if kind == "turbine"]
 REGIONS = ("partial load", "full load")
@@ -43,7 +39,6 @@ CASES = [(name, region) for name in TURBINES for region in REGIONS]
 UNIT = st.floats(-1, 1)
 # The default bands and tolerance of both models.
 SPEED, WIND, PITCH = 0.1, 0.5, {"partial load": 0.0, "full load": 0.034907}
-TOLERANCE = Fraction("0.02")
 
 
 @dataclass(frozen=True)
@@ -80,12 +75,10 @@ def case(name: str, region: str) -> Case:
 
 
 def test_every_turbine_of_the_library_is_tested_here() -> None:
-    """The NREL 5-MW and the IEA 15-MW reference turbines."""
     assert TURBINES == ["iea15mw", "nrel5mw"]
 
 
 @pytest.mark.parametrize(("name", "region"), CASES)
-@settings(max_examples=25, derandomize=True, deadline=None)
 @given(shares=st.tuples(UNIT, UNIT, UNIT, UNIT))
 def test_the_model_equals_the_plant(
     name: str, region: str, shares: tuple[float, float, float, float]
@@ -115,7 +108,6 @@ def test_the_model_equals_the_plant(
 
 @lru_cache
 def sampled(name: str, region: str) -> list[Floats]:
-    """Return each premise's slope, per inertia, at many points of its part of the tube."""
     found = case(name, region)
     chance = np.random.default_rng(7)
     shares = chance.choice([-1, -0.5, 0, 0.5, 1], (4, 40_000)).astype(float)
@@ -142,23 +134,8 @@ def test_bounds_hold_all_samples_and_little_more(name: str, region: str) -> None
         assert high - 0.08 * (high - low) <= values.max() <= high
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "region"), CASES)
-def test_bounds_exceed_attained_values_by_the_stated_share(name: str, region: str) -> None:
-    """The wind premise again: each end within its tolerance of a value that is attained."""
-    found = case(name, region)
-    again = slope_range(found.band, "wind", off_trim=("wind",), tolerance=TOLERANCE)
-    premise = found.model.premises[-1]
-
-    assert premise.name == "d"
-    slack = TOLERANCE * again.outer.width + Fraction(1, 10**6)
-    assert premise.lower <= again.inner.lower <= premise.lower + slack
-    assert premise.upper - slack <= again.inner.upper <= premise.upper
-
-
 @pytest.mark.parametrize(("name", "region"), CASES)
 def test_a_wrong_bound_is_refused(name: str, region: str) -> None:
-    """A tenth of each range cut off, at either end: a point of the tube is outside, and told."""
     found = case(name, region)
 
     for premise, values in zip(found.model.premises, sampled(name, region), strict=True):
@@ -187,23 +164,19 @@ POINTS = st.tuples(st.floats(1.0, 1.3), st.floats(0.01, 0.35), st.floats(9.0, 22
 
 
 def at(point: tuple[float, float, float]) -> tuple[Interval, Interval, Interval]:
-    """Return a point as three intervals without width."""
     omega, beta, v = (Interval.of(value) for value in point)
     return omega, beta, v
 
 
 @lru_cache
 def band() -> OperatingBand:
-    """Return a tube across rated wind."""
     return operating_band(
         nrel5mw(), (10.0, 13.0), speed_band="0.1", pitch_band="0.02", wind_band="0.5"
     )
 
 
-@settings(max_examples=40, derandomize=True, deadline=None)
 @given(POINTS)
 def test_slopes_at_a_point_agree_with_floats(point: tuple[float, float, float]) -> None:
-    """Exact arithmetic and the float gradient give the same three numbers."""
     expected = [float(g) / nrel5mw().inertia for g in rotor_torque_gradient(nrel5mw(), *point)]
 
     for slope, value in zip(SLOPES, expected, strict=True):
@@ -212,12 +185,10 @@ def test_slopes_at_a_point_agree_with_floats(point: tuple[float, float, float]) 
         assert float(found.width) < 1e-7
 
 
-@settings(max_examples=40, derandomize=True, deadline=None)
 @given(POINTS, st.floats(0, 1), st.floats(0, 1), st.floats(0, 1))
 def test_an_enclosure_contains_what_lies_in_the_box(
     point: tuple[float, float, float], s: float, t: float, u: float
 ) -> None:
-    """Any point of a small box has its slopes inside the box's enclosures."""
     sizes = (0.02, 0.005, 0.3)
     box = [Interval.of(p, p + size) for p, size in zip(point, sizes, strict=True)]
     inside = [p + share * z for p, share, z in zip(point, (s, t, u), sizes, strict=True)]
@@ -242,7 +213,6 @@ def test_an_enclosure_contains_what_lies_in_the_box(
 def test_entries_that_a_table_lacks_are_named(
     place: tuple[float, float, float], words: str
 ) -> None:
-    """The wind, the entries, and what a user can do: there is no option that shrinks a box."""
     points = [Interval.of(value) for value in place]
     for call in (slope_enclosure, slope_gradient):
         with pytest.raises(ModelError, match=words) as refused:
@@ -253,6 +223,5 @@ def test_entries_that_a_table_lacks_are_named(
 
 
 def test_a_wind_band_down_to_zero_is_refused() -> None:
-    """The tip-speed ratio has no bound when v may vanish."""
     with pytest.raises(ModelError, match="reaches 0"):
         operating_band(nrel5mw(), (4, 6), speed_band=0.1, pitch_band=0, wind_band=4)

@@ -62,14 +62,12 @@ B1 = np.array([[0.0], [1.0]])
 
 
 def cells(matrices: Any) -> Any:
-    """Return a MATLAB cell array."""
     made = np.empty((1, len(matrices)), dtype=object)
     made[0, :] = list(matrices)
     return made
 
 
 def struct_array(**members: Any) -> Any:
-    """Return a MATLAB struct array, one entry a rule."""
     made = np.zeros((1, 2), dtype=[(name, "O") for name in members])
     for name, values in members.items():
         made[name][0, :] = list(values)
@@ -91,7 +89,6 @@ def struct_array(**members: Any) -> Any:
 def test_the_forms_that_matlab_users_have(
     content: dict[str, Any], step: float | None, tmp_path: Path
 ) -> None:
-    """Cells, numbered matrices, a struct of any name, an array of structs."""
     model = load_ts_model(stored(tmp_path, **content))
     np.testing.assert_array_equal(model.A, A2)
     np.testing.assert_array_equal(model.B, np.array([B1, B1]))

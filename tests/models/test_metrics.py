@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.models import ModelError, WindObserver
+from takagi.models import ModelError
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import History, simulate
 from takagi.models.simulation.scenario import damage_equivalent_load, measure, published_winds
@@ -121,7 +121,6 @@ def test_the_blades_moment_at_rest_is_that_of_the_thrust() -> None:
     assert found.blade_del == pytest.approx((60 / 2 / 60) ** 0.1 * 4.0, rel=0.02)
 
 
-@settings(max_examples=25)
 @given(
     st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=30),
     st.floats(0.1, 10.0),
@@ -160,7 +159,6 @@ def test_numbers_of_a_record_made_by_hand() -> None:
 
 
 def test_misuse_is_told() -> None:
-    """No duration, NaN."""
     with pytest.raises(ModelError, match="must be above 0"):
         damage_equivalent_load([0.0, 1.0], 0.0)
     with pytest.raises(ModelError, match="finite"):
@@ -175,22 +173,6 @@ def test_paper_winds_lie_as_the_paper_says() -> None:
     assert above[0] == 0.0
     assert 0.1 < above[1] < 0.9
     assert 0.6 < above[2] < 0.95
-
-
-def test_a_case_is_measured_from_its_first_wind_on() -> None:
-    """More wind gives more power; observer in the loop, progress up to 1."""
-    turbine = nrel5mw()
-    plant, observer = validation_plant(turbine), WindObserver(turbine, 2.0, 5.0)
-    seen: list[float] = []
-    law, results = BaselineLaw(turbine), []
-    for wind in published_winds(turbine, 20.0):
-        history = simulate(plant, law, wind, observer=observer, progress=seen.append)
-        results.append(measure(history, turbine))
-    powers = [result.mean_power for result in results]
-
-    assert [result.duration for result in results] == pytest.approx([20.0] * 3)
-    assert powers[0] < powers[1] < powers[2] <= 1.1 * turbine.rated_power / 1e3
-    assert seen[-1] == pytest.approx(1.0)
 
 
 @pytest.mark.slow

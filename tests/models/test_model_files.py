@@ -22,7 +22,6 @@ KINDS = 'a model file says kind = "plant" or kind = "turbine" above its first se
 
 
 def refused(folder: Path, text: str) -> str:
-    """Return the message about a file, without the folder that it is in."""
     path = folder / "model.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ModelError) as told:
@@ -58,7 +57,6 @@ def refused(folder: Path, text: str) -> str:
 def test_a_file_without_a_kind_is_told_which_it_may_be(
     tmp_path: Path, text: str, message: str
 ) -> None:
-    """Line, both kinds, a guess by the sections that are there; no guess where there are none."""
     assert refused(tmp_path, text) == message
 
 
@@ -101,13 +99,11 @@ def test_the_fixed_names_are_exported() -> None:
 
 
 def test_an_unknown_name_is_an_attribute_error() -> None:
-    """The lazy lookup refuses names it does not know as a module would."""
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         _ = takagi.models.nonsense
 
 
 def test_load_model_reads_a_built_in_turbine() -> None:
-    """The built-in name gives the same figures as the named function."""
     found = load_model("nrel5mw")
 
     assert isinstance(found, Turbine)
@@ -115,13 +111,11 @@ def test_load_model_reads_a_built_in_turbine() -> None:
 
 
 def test_load_model_offers_near_names() -> None:
-    """A misspelt name is answered with the right one."""
     with pytest.raises(ModelError, match="nrel5mw"):
         load_model("nrel5mv")
 
 
 def test_numbers_of_a_turbine_file_are_the_floats_nearest_to_them() -> None:
-    """Read as decimals for both kinds, they are what a reader of floats gets, also far out."""
     path = data_folder() / "nrel5mw.toml"
     exact = library.read_document(path, parse_float=library.decimal_of)
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.signal import step
 
@@ -31,9 +30,6 @@ from takagi.models.laws.published.regional_schedule import (
     regional_schedule,
 )
 from takagi.models.ramps import Shape
-from takagi.models.simulation.closed_loop import simulate
-from takagi.models.simulation.turbine_plant import design_plant
-from takagi.models.simulation.wind import step_wind
 from takagi.models.turbine.trim import trim
 from tests.paper_models import loop_rate, regional_models
 
@@ -69,7 +65,6 @@ def make_law(
     shape: Shape = "smooth",
     uniform: bool = False,
 ) -> PublishedLaw:
-    """Return the law with made-up gains and a filter of choice."""
     partial, full = schedules(uniform)
     coupling = coupling_filter(
         TURBINE, placement=placement, speed_overlap=speed_overlap, variant=variant, shape=shape
@@ -127,14 +122,6 @@ def test_triple_sum_is_the_blended_law(
     )
 
 
-def test_the_torque_law_is_blind_to_pitch() -> None:
-    """Each of the N_a N_b N_c = 4 x 4 x 8 rules has a gain of torque by speed alone."""
-    law = make_law()
-
-    assert (len(law.coupling.corners), len(law.partial.k_I), len(law.full.k_I)) == (4, 4, 8)
-    assert np.all(law.partial.k_x[:, 1] == 0)
-
-
 @given(st.floats(-0.1, 0.1), st.floats(-0.034, 0.034), st.floats(12.0, 25.0), integrals)
 def test_scheduled_gains_agree_with_the_model(
     error: float, angle: float, wind: float, integral: float
@@ -178,43 +165,11 @@ def test_commands_stay_within_the_limits(
 @pytest.mark.parametrize("variant", ["saturated", "sector"])
 @pytest.mark.parametrize("placement", [0.0, 0.5, 1.0])
 def test_equilibria_are_rest_points(placement: float, variant: Variant) -> None:
-    """At the computed equilibrium the nonlinear loop stands still, the integral included."""
     law = make_law(placement=placement, variant=variant)
     for point in (equilibrium(law, wind) for wind in WINDS):
         if point.kind != "none":
             z = np.array([point.rotor_speed, point.pitch, point.integral])
             np.testing.assert_allclose(loop_rate(law, point.wind, z, clip=True), 0.0, atol=1e-8)
-
-
-def slope_eigenvalues(law: PublishedLaw, wind: float) -> NDArray[np.complex128]:
-    """Return the eigenvalues [1/s] of the loop at its equilibrium, by one-sided differences."""
-    point = equilibrium(law, wind)
-    z = np.array([point.rotor_speed, point.pitch, point.integral])
-    # At smallest pitch only more pitch is a direction in which the command can move.
-    ways = np.array([1.0, 1.0, -1.0]) * 1e-6
-    columns = [
-        (loop_rate(law, wind, z + way * unit, clip=True) - loop_rate(law, wind, z, clip=True)) / way
-        for way, unit in zip(ways, np.eye(len(z)), strict=True)
-    ]
-    return np.asarray(np.linalg.eigvals(np.stack(columns, axis=1)), dtype=np.complex128)
-
-
-def test_the_loop_settles_where_it_was_computed() -> None:
-    """A simulation from a disturbed start ends at the equilibrium: found two independent ways."""
-    law, wind = make_law(shape="linear"), 11.0
-    point = equilibrium(law, wind)
-    z = np.array([point.rotor_speed, point.pitch, point.integral])
-    start = z + np.array([0.01, 0.005, -0.05])
-    horizon = 6.0 / -slope_eigenvalues(law, wind).real.max()
-    run = solve_ivp(
-        lambda _, x: loop_rate(law, wind, x, clip=True),
-        (0, horizon),
-        start,
-        method="LSODA",
-        rtol=1e-6,
-    )
-
-    np.testing.assert_allclose(run.y[:2, -1], z[:2], atol=2e-3)
 
 
 def test_region_25_spends_pitch_and_power() -> None:
@@ -249,7 +204,6 @@ def test_initial_state_rests_at_the_trim_in_region_2() -> None:
 
 
 def test_initial_state_without_equilibrium_gives_the_trim_torque() -> None:
-    """Where the law cannot rest it starts with the torque that the turbine needs."""
     law = make_law(placement=1.0)
 
     assert equilibrium(law, 15.0).kind == "none"
@@ -284,13 +238,11 @@ def test_wrong_sign_of_the_integral_gain_is_refused() -> None:
 
 
 def test_misuse_is_explained() -> None:
-    """Gains of the wrong shape and models of other things are refused in words."""
     partial, _ = schedules()
     with pytest.raises(ModelError, match="one row per rule"):
         regional_schedule(TURBINE, partial.model, k_x=np.zeros((3, 1)), k_I=np.zeros(4))
 
 
-Array = NDArray[np.float64]
 FILTERS = (ReferenceFilter(2.0), ReferenceFilter(1.5, order=2, damping=0.7))
 
 
@@ -342,7 +294,6 @@ def test_at_rest_it_is_the_law_itself(filter_: ReferenceFilter) -> None:
 
 
 def test_the_law_feels_the_filtered_reference() -> None:
-    """A lower reference asks for more torque; each integral follows the filtered error."""
     law = make_law()
     filtered = FilteredReferenceLaw(law, ReferenceFilter(2.0))
     measured, wind = Measurement(1.0, 0.0, 8.0), 8.0
@@ -355,10 +306,7 @@ def test_the_law_feels_the_filtered_reference() -> None:
 
 
 def test_in_region_2_it_is_a_filter_on_the_wind() -> None:
-    """Where omega_ref = lambda v / R, filtering the reference is filtering the wind estimate.
-
-    That is where the effort-sharing law's filter stands: both references agree to rounding.
-    """
+    """Where omega_ref = lambda v / R, filtering the reference is filtering the wind estimate."""
     law = make_law()
     filtered: Law = FilteredReferenceLaw(law, ReferenceFilter(5.0))
     state, wind = filtered.initial_state(7.0), 7.0
@@ -370,20 +318,7 @@ def test_in_region_2_it_is_a_filter_on_the_wind() -> None:
     assert law.reference_speed(8.5) - float(state[-1]) > 0.01
 
 
-def test_a_filter_softens_the_step_of_torque() -> None:
-    """A wind step in region 2 on the design plant: torque jumps less behind the filter."""
-    law, wind = make_law(), step_wind(8.0, 9.0, 20.0, begin=5.0)
-    plant = design_plant(TURBINE)
-    sharp = simulate(plant, law, wind)
-    soft = simulate(plant, FilteredReferenceLaw(law, ReferenceFilter(2.0)), wind)
-
-    jumps = [float(np.abs(np.diff(run.torque_command)).max()) for run in (sharp, soft)]
-    assert jumps[1] < 0.2 * jumps[0]
-    assert soft.law_states.shape[1] == sharp.law_states.shape[1] + 1
-
-
 def test_misuse_is_told() -> None:
-    """Times, dampings and orders that make no filter."""
     with pytest.raises(ModelError, match="time_constant = 0"):
         ReferenceFilter(0.0)
     with pytest.raises(ModelError, match="damping = -1"):

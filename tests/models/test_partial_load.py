@@ -16,19 +16,16 @@ from takagi.models.turbine.trim import rated_wind
 
 @lru_cache
 def model() -> TSModel:
-    """Return the default model of the NREL 5-MW turbine."""
     return partial_load_model(nrel5mw())
 
 
 def side(name: str) -> tuple[float, float]:
-    """Return one side of the model's box as floats."""
     lower, upper = model().box[name]
     return float(lower), float(upper)
 
 
 @lru_cache
 def band() -> OperatingBand:
-    """Return the tube that the default model is built on."""
     low, high = side("wind estimate [m/s]")
     return operating_band(nrel5mw(), (low, high), speed_band="0.1", pitch_band=0, wind_band="0.5")
 
@@ -57,7 +54,6 @@ def test_vertices_are_the_decimals_of_the_bounds() -> None:
 
 
 def test_default_range_ends_at_rated_wind_and_begins_where_the_band_fits() -> None:
-    """One step below its lower end the band leaves the table."""
     turbine = nrel5mw()
     low, high = side("wind estimate [m/s]")
 
@@ -68,7 +64,6 @@ def test_default_range_ends_at_rated_wind_and_begins_where_the_band_fits() -> No
 
 
 def test_a_wind_range_into_full_load_is_refused() -> None:
-    """Above rated wind pitch leaves its smallest value, which this model does not describe."""
     with pytest.raises(ModelError, match="reaches into full load"):
         partial_load_model(nrel5mw(), wind_range=(6, 13))
 
@@ -84,7 +79,6 @@ def test_a_wind_range_into_full_load_is_refused() -> None:
     ],
 )
 def test_misuse_is_explained(options: dict[str, object], message: str) -> None:
-    """Ranges and bands that make no sense are named with what was needed."""
     with pytest.raises(ModelError, match=message):
         partial_load_model(nrel5mw(), **options)  # type: ignore[arg-type]
 

@@ -46,7 +46,6 @@ def test_the_command_is_the_formula(x: float, v: float) -> None:
 
 
 def test_memberships_are_convex_and_pick_the_corner() -> None:
-    """At the ends of the premise one rule acts alone; they sum to one everywhere."""
     at = law()
     for x in (0.0, 2.0):
         h = at.memberships(np.array([0.5 + x, 0.0]))
@@ -54,7 +53,6 @@ def test_memberships_are_convex_and_pick_the_corner() -> None:
 
 
 def test_outside_the_box_a_premise_is_held() -> None:
-    """The law still gives a command, with the gain of the nearer corner."""
     inside, outside = (law().memberships(np.array([0.5 + x, 0.0])) for x in (2.0, 50.0))
 
     assert outside == pytest.approx(inside, abs=1e-6)
@@ -103,13 +101,11 @@ def test_a_disturbance_may_schedule() -> None:
 def test_what_does_not_fit_is_refused(
     gains: np.ndarray, state_rest: np.ndarray, input_rest: np.ndarray, message: str
 ) -> None:
-    """What was given, and what is needed."""
     with pytest.raises(ModelError, match=message):
         PdcLaw(model(), gains, state_rest, input_rest)
 
 
 def test_a_state_or_signal_that_is_not_the_model_s_is_refused() -> None:
-    """A state of another length, a signal of another name."""
     with pytest.raises(ModelError, match="the state has shape"):
         law().memberships(np.zeros(3))
     with pytest.raises(ModelError, match="signal wind was given; the model has u"):

@@ -9,9 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
-from scipy.linalg import expm
-from scipy.optimize import brentq
 
 from takagi.models import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
@@ -21,11 +18,10 @@ from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import History, fitting_step, simulate
 from takagi.models.simulation.turbine_plant import design_plant, validation_plant
 from takagi.models.simulation.wind import same_turbulence, step_wind
-from takagi.models.turbine.data import Turbine, rotor_torque_gradient
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 from tests.winds import constant_wind
 
-Array = NDArray[np.float64]
 REST = Command(4e4, 0.1)
 
 
@@ -79,13 +75,6 @@ def test_a_filter_faster_than_the_samples_is_stable(law: EffortSharingLaw) -> No
     assert abs(euler[1] - 14.0) > 1e4
 
 
-def test_without_a_filter_the_state_keeps_its_wind(law: EffortSharingLaw) -> None:
-    """tau_f = 0: nothing to discretise."""
-    direct = replace(law, wind_filter=0.0)
-
-    assert direct.advance([0.0, 3.0], Measurement(1.2, 0.0, 14.0), 0.02)[1] == 3.0
-
-
 def test_a_law_without_its_own_step_takes_eulers(turbine: Turbine) -> None:
     """The reference's controller has no ``sample``."""
     law, measured = BaselineLaw(turbine), Measurement(1.3, 0.1, 14.0)
@@ -98,7 +87,6 @@ def test_a_law_without_its_own_step_takes_eulers(turbine: Turbine) -> None:
 
 
 def test_a_program_is_the_law_between_samples(law: EffortSharingLaw) -> None:
-    """Without limits it sends what the law commands, and its next state is the law's."""
     program = SampledLaw(law, 0.02)
     begin = program.start(14.0, REST)
     measured = Measurement(1.25, 0.1, 15.0)
@@ -111,7 +99,6 @@ def test_a_program_is_the_law_between_samples(law: EffortSharingLaw) -> None:
 
 
 def test_what_is_sent_moves_no_faster_than_its_limits(law: EffortSharingLaw) -> None:
-    """From rest towards a far command in equal steps, and onto it in the last one."""
     program = SampledLaw(law, 0.02, torque_rate_limit=15e3, pitch_rate_limit=0.1)
     measured = Measurement(1.40, 0.1, 14.0)
     state = program.start(14.0, Command(30e3, 0.0))
@@ -129,7 +116,6 @@ def test_what_is_sent_moves_no_faster_than_its_limits(law: EffortSharingLaw) -> 
 
 
 def run(law: EffortSharingLaw | SampledLaw, turbine: Turbine) -> History:
-    """Return 30 s across rated wind on the validation plant."""
     wind = same_turbulence((12.0,), 0.15, 30.0, 2)[0]
     return simulate(validation_plant(turbine), law, wind)
 
@@ -137,7 +123,6 @@ def run(law: EffortSharingLaw | SampledLaw, turbine: Turbine) -> History:
 def test_a_plain_law_is_one_that_is_sampled_every_20_ms(
     law: EffortSharingLaw, turbine: Turbine
 ) -> None:
-    """Bit for bit the same record; other samples are another one."""
     plain, sampled = run(law, turbine), run(SampledLaw(law, 0.02), turbine)
     rare = run(SampledLaw(law, 0.1), turbine)
 
@@ -163,52 +148,6 @@ def test_a_computation_time_is_a_later_command(law: EffortSharingLaw, turbine: T
     )
 
 
-def sampled_radius(law: EffortSharingLaw, turbine: Turbine, wind: float, time: float) -> float:
-    """Return the spectral radius of the sampled loop at a trim, torque at rated, exactly.
-
-    Plant (omega, beta) by the matrix exponential of its linearisation with the pitch reference
-    held; law x <- x - T nu e, beta_ref = gamma (e - x) / b.
-    """
-    table = law.schedule
-    pitch, speed = table.pitch(wind, turbine), turbine.rated_rotor_speed
-    a, slope, _ = (
-        float(part) / turbine.inertia for part in rotor_torque_gradient(turbine, speed, pitch, wind)
-    )
-    tau, gamma = (
-        turbine.pitch_time_constant,
-        float(np.interp(wind, table.wind, law.gains.proportional)),
-    )
-    gamma_i = gamma * law.gains.integral_rate[np.searchsorted(table.wind, wind, side="right") - 1]
-    b = float(np.interp(wind, table.wind, table.effectiveness))
-    held = expm(time * np.array([[a, slope, 0], [0, -1 / tau, 1 / tau], [0, 0, 0]]))
-    A, B = held[:2, :2], held[:2, 2]
-    row = np.array([gamma / b, 0.0, -gamma / b])
-    loop = np.zeros((3, 3))
-    loop[:2, :2] = A
-    loop[:2] += np.outer(B, row)
-    loop[2] = [-time * gamma_i / gamma, 0.0, 1.0]
-    return float(np.abs(np.linalg.eigvals(loop)).max())
-
-
-def test_the_simulated_loop_is_lost_where_its_sampled_poles_say(
-    law: EffortSharingLaw, turbine: Turbine
-) -> None:
-    """At 18 m/s the poles leave the unit circle at one sample time: below it the loop settles."""
-    limit = brentq(lambda T: sampled_radius(law, turbine, 18.0, T) - 1, 0.5, 5.0)
-    plant = design_plant(turbine)
-    spread = {}
-    for share in (0.9, 1.1):
-        wind = step_wind(17.9, 18.0, 60 * limit, begin=limit)
-        steady = replace(law, wind_filter=1e-3)
-        history = simulate(plant, SampledLaw(steady, share * limit), wind)
-        tail = history.rotor_speed[len(history.time) // 2 :]
-        spread[share] = float(np.ptp(tail[-12:]) / np.ptp(tail[:12]))
-
-    assert 1.0 < limit < 5.0
-    assert spread[0.9] < 0.5
-    assert spread[1.1] > 0.9
-
-
 def test_a_program_has_the_name_and_the_states_of_its_law() -> None:
     program = SampledLaw(BaselineLaw(nrel5mw()), 0.02, 0.01)
 
@@ -225,7 +164,6 @@ def test_the_plant_s_step_fits_both_times(times: tuple[float, float], step: floa
 
 
 def test_misuse_is_told(law: EffortSharingLaw, turbine: Turbine) -> None:
-    """Times and limits that make no program, and two sample times for one law."""
     with pytest.raises(ModelError, match="sample time 0"):
         SampledLaw(law, 0.0)
     with pytest.raises(ModelError, match="computation time 0.03 s"):

@@ -8,26 +8,23 @@ import control
 import numpy as np
 import pytest
 import scipy.signal
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, Premise, TSModel
 
 
 def two_premises() -> tuple[Premise, ...]:
-    """Return two varying premises around a constant one."""
     return Premise("z1", -1, 2), Premise("k", 3, 3), Premise("z2", "0.1", 0.3)
 
 
 def four_rules() -> TSModel:
-    """Return four rules of a 2-state model whose vertex matrices differ in every entry."""
     return TSModel(
         np.arange(16.0).reshape(4, 2, 2), np.ones((2, 1)), premises=two_premises(), name="four"
     )
 
 
 def test_rules_are_all_corners_and_a_constant_premise_costs_none() -> None:
-    """Two varying premises and a constant one give four rules, the last premise changing first."""
     assert four_rules().rules == ((0, 0, 0), (0, 0, 1), (1, 0, 0), (1, 0, 1))
 
 
@@ -36,7 +33,6 @@ def test_bounds_are_read_as_the_decimals_they_are_written_as() -> None:
     assert two_premises()[2].upper == Fraction(3, 10)
 
 
-@settings(max_examples=100, derandomize=True, deadline=None)
 @given(st.floats(-1, 2), st.floats(0.1, 0.3))
 def test_memberships_are_a_convex_sum(z1: float, z2: float) -> None:
     """h_i >= 0 and sum h_i = 1 anywhere in the box (Tanaka and Wang 2001, section 2.1)."""
@@ -46,10 +42,8 @@ def test_memberships_are_a_convex_sum(z1: float, z2: float) -> None:
     assert np.sum(h) == pytest.approx(1, abs=1e-15)
 
 
-@settings(max_examples=50, derandomize=True, deadline=None)
 @given(st.floats(-1, 2), st.floats(0.1, 0.3))
 def test_blend_returns_the_premises_themselves(z1: float, z2: float) -> None:
-    """Vertex matrices made of the corner values blend back to the premise values."""
     first, _, second = two_premises()
     corners = [(a, b) for a in first.corners for b in second.corners]
     model = TSModel(
@@ -62,14 +56,12 @@ def test_blend_returns_the_premises_themselves(z1: float, z2: float) -> None:
 
 
 def test_a_corner_belongs_to_one_rule() -> None:
-    """At the upper corner of every premise the last rule has all the weight."""
     h = four_rules().memberships([2, 3, 0.3])
 
     np.testing.assert_array_equal(h, [0, 0, 0, 1])
 
 
 def test_arrays_of_premise_values_give_arrays_of_memberships() -> None:
-    """Memberships and blends are vectorised over trailing axes."""
     z = np.array([[0.0, 1.0], [3.0, 3.0], [0.2, 0.1]])
     model = four_rules()
 
@@ -89,13 +81,11 @@ def test_outside_the_box_is_refused_unless_clipped() -> None:
 
 
 def test_nan_is_refused_even_when_clipped() -> None:
-    """NaN has no nearer end."""
     with pytest.raises(ModelError, match="premise z1 = nan"):
         four_rules().memberships(z1=np.nan, k=3, z2=0.2, clip=True)
 
 
 def test_arrays_are_read_only_copies() -> None:
-    """A model cannot be changed through the arrays it was given or gives."""
     A = np.zeros((1, 2, 2))
     model = TSModel(A)
     A[0, 0, 0] = 1
@@ -108,7 +98,6 @@ def test_arrays_are_read_only_copies() -> None:
 @pytest.mark.parametrize("step", [None, 0.5])
 @pytest.mark.parametrize("maker", ["control", "scipy"])
 def test_state_spaces_are_vertices(maker: str, step: float | None) -> None:
-    """Of python-control and of scipy, which bring B, C, D and the sample time."""
     A, B, C, D = np.array([[0.0, 1.0], [-2.0, -1.0]]), [[0.0], [1.0]], [[1.0, 0.0]], [[0.0]]
     timed = {} if step is None else {"dt": step}
     make = control.ss if maker == "control" else scipy.signal.StateSpace
@@ -169,6 +158,5 @@ def test_missing_matrices_are_empty_and_shared_ones_are_repeated() -> None:
     ],
 )
 def test_misuse_names_the_item_and_what_was_needed(build: object, message: str) -> None:
-    """Each mistake raises ModelError at the call that made it, naming the item."""
     with pytest.raises(ModelError, match=message):
         build()  # type: ignore[operator]

@@ -54,7 +54,6 @@ def test_sensitivity_and_thrust_columns(
 
 
 def test_gradient_against_differences() -> None:
-    """Central differences of the torque agree with the three exact derivatives."""
     turbine = nrel5mw()
     generator = np.random.default_rng(2)
     wind = generator.uniform(6, 20, 100)
@@ -67,18 +66,6 @@ def test_gradient_against_differences() -> None:
         difference = rotor_torque(turbine, *(point + step)) - rotor_torque(turbine, *(point - step))
 
         assert exact == pytest.approx(difference / 2e-6, rel=1e-5, abs=10.0)
-
-
-def test_power_at_table_points_is_the_tabulated_coefficient() -> None:
-    """At lambda = 7.5, pitch 0: P = rho/2 pi R^2 v^3 c_P with the tabulated c_P."""
-    turbine = nrel5mw()
-    speed = 7.5 * 9.0 / 63.0
-    area = np.pi * 63.0**2
-    c_p = turbine.power(7.5, 0.0)
-
-    assert c_p == pytest.approx(0.4659, abs=5e-5)
-    power = speed * rotor_torque(turbine, speed, 0.0, 9.0)
-    assert power == pytest.approx(0.5 * 1.225 * area * 9.0**3 * c_p, rel=1e-9)
 
 
 def test_peak_of_the_power_surface() -> None:
@@ -128,12 +115,3 @@ def test_outside_the_table_raises_unless_clipped() -> None:
     gradient = rotor_torque_gradient(turbine, 2.0, 0.0, 5.0, clip=True)
     edge = rotor_torque_gradient(turbine, 14.5 * 5 / 63, 0.0, 5.0)
     assert np.array(gradient) == pytest.approx(np.array(edge))
-
-
-def test_arrays_broadcast() -> None:
-    """Speeds in rows, pitches in columns give a matrix."""
-    turbine = nrel5mw()
-    torque = rotor_torque(turbine, np.array([[0.9], [1.0]]), np.array([0.0, 0.05, 0.1]), 10.0)
-
-    assert torque.shape == (2, 3)
-    assert torque[1, 2] == rotor_torque(turbine, 1.0, 0.1, 10.0)

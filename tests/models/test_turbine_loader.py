@@ -14,7 +14,7 @@ import pytest
 from takagi.models import ModelError, built_in_models
 from takagi.models.files.csv_table import read_coefficient_table
 from takagi.models.files.library import data_folder, resolve_model
-from takagi.models.files.units import UNITS, to_si
+from takagi.models.files.units import UNITS
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.turbine.file_figures import frozen_wake_by_tables
 from takagi.models.turbine.loader import load_turbine, nrel5mw
@@ -25,8 +25,6 @@ Edit = Callable[[str, str], Path]
 
 @pytest.fixture
 def edited(tmp_path: Path) -> Edit:
-    """Return a function that copies the NREL files with one text replaced, in TOML or c_P table."""
-
     def copy(old: str, new: str) -> Path:
         for name in ("nrel5mw.toml", "nrel5mw_cp.csv", "nrel5mw_ct.csv"):
             shutil.copy(data_folder() / name, tmp_path / name)
@@ -67,44 +65,24 @@ def test_tower_and_shaft_modes() -> None:
     assert shaft / (2 * np.pi) == pytest.approx(2.22, abs=0.01)
 
 
-def test_baseline_gains_follow_from_their_design() -> None:
-    """PI gains of a 0.6 rad/s, damping 0.7 loop on -25.52 MW/rad at pitch 0.
-
-    Source: Jonkman et al. (2009), NREL/TP-500-38060, the blade-pitch controller's design.
-    """
-    turbine = nrel5mw()
-    per_speed = turbine.inertia * turbine.rated_rotor_speed / (turbine.gear_ratio * 25.52e6)
-
-    assert 2 * per_speed * 0.7 * 0.6 == pytest.approx(
-        turbine.reference_controller.proportional_gain, rel=2e-3
-    )
-    assert per_speed * 0.6**2 == pytest.approx(turbine.reference_controller.integral_gain, rel=2e-3)
-
-
-def test_every_figure_has_unit_and_source() -> None:
-    """No figure without a known unit and a sentence on where it was read."""
-    figures = nrel5mw().figures
+@pytest.mark.parametrize("name", ["nrel5mw", "iea15mw"])
+def test_every_figure_has_unit_and_source(name: str) -> None:
+    figures = load_turbine(name).figures
 
     assert len(figures) > 40
     for path, figure in figures.items():
         assert figure.unit in UNITS, path
         assert len(figure.source) > 10, path
+    for kind in ("cp", "ct"):
+        text = (data_folder() / f"{name}_{kind}.csv").read_text(encoding="utf-8")
+        assert "ROSCO 2.10.6" in text and "licence: Apache-2.0" in text
 
 
 def test_nrel5mw_is_read_once() -> None:
-    """The built-in turbine is one object; a file of one's own is another with equal figures."""
     assert nrel5mw() is nrel5mw()
     other = load_turbine(data_folder() / "nrel5mw.toml")
     assert other.figures == nrel5mw().figures
     assert "nrel5mw" in dict(built_in_models())
-
-
-def test_tables_name_source_and_licence() -> None:
-    """Both coefficient tables carry their origin in the header."""
-    for name in ("nrel5mw_cp.csv", "nrel5mw_ct.csv"):
-        text = (data_folder() / name).read_text(encoding="utf-8")
-
-        assert "ROSCO 2.10.6" in text and "licence: Apache-2.0" in text
 
 
 @pytest.mark.parametrize(
@@ -140,13 +118,11 @@ def test_tables_name_source_and_licence() -> None:
     ],
 )
 def test_malformed_files(edited: Edit, old: str, new: str, words: str) -> None:
-    """Each defect is told with file, line where there is one, field, given and needed."""
     with pytest.raises(ModelError, match=f"(?s){words}"):
         load_turbine(edited(old, new))
 
 
 def test_all_that_is_missing_is_named_at_once(edited: Edit) -> None:
-    """Five entries of four sections, each with its unit and what it is; in TOML."""
     path = edited("[rotor]", "[rotor]")
     gone = ("rotor.inertia", "generator.rated_torque", "tower.mass", "tower.stiffness")
     text = path.read_text(encoding="utf-8")
@@ -172,7 +148,6 @@ def test_all_that_is_missing_is_named_at_once(edited: Edit) -> None:
 
 @pytest.fixture
 def bare(edited: Edit) -> Path:
-    """Return the NREL file without the reference's controller and its frozen wake."""
     path = edited("[rotor]", "[rotor]")
     text = path.read_text(encoding="utf-8")
     for section in ("baseline", "frozen_wake"):
@@ -182,7 +157,6 @@ def bare(edited: Edit) -> Path:
 
 
 def test_the_references_controller_is_not_needed(bare: Path) -> None:
-    """The turbine is read; only its law has nothing to run by."""
     turbine = load_turbine(bare)
 
     assert turbine.baseline is None and default_laws(turbine) == ("coherent", "paper")
@@ -208,7 +182,6 @@ def test_a_frozen_wake_that_nobody_states_is_computed(bare: Path) -> None:
 
 
 def test_a_column_that_begins_above_rated_wind_is_refused(edited: Edit) -> None:
-    """At once, with rated wind and both ways out."""
     path = edited("[rotor]", "[rotor]")
     text = path.read_text(encoding="utf-8")
     for first in ("11.4, 12.0, ", "0.0, 3.83, ", "-28.24, -43.73, "):
@@ -220,14 +193,12 @@ def test_a_column_that_begins_above_rated_wind_is_refused(edited: Edit) -> None:
 
 
 def test_pitch_in_rad_and_torque_in_kilo(edited: Edit) -> None:
-    """The same figure in another accepted unit gives the same turbine."""
     path = edited('value = 43093.55, unit = "N m"', 'value = 43.09355, unit = "kN m"')
 
     assert load_turbine(path).rated_torque == pytest.approx(nrel5mw().rated_torque, rel=1e-12)
 
 
 def test_unknown_models_are_named_with_near_names(tmp_path: Path) -> None:
-    """A misspelt name, a missing file, a folder and a binary file."""
     with pytest.raises(ModelError, match="'nrel5m' is not known .did you mean 'nrel5mw'"):
         resolve_model("nrel5m")
     with pytest.raises(ModelError, match=r"gone\.toml: no such file"):
@@ -238,10 +209,3 @@ def test_unknown_models_are_named_with_near_names(tmp_path: Path) -> None:
     binary.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ModelError, match="not UTF-8"):
         load_turbine(binary)
-
-
-def test_units() -> None:
-    """12.1 rpm in rad/s by hand; a unit of another quantity is refused."""
-    assert to_si(12.1, "rpm", "rad/s") == pytest.approx(12.1 * 2 * np.pi / 60)
-    with pytest.raises(ModelError, match="does not fit"):
-        to_si(1.0, "m", "s")

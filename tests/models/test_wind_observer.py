@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, TSModel, WindObserver, nrel5mw, wind_observer_model
@@ -21,19 +21,15 @@ PITCH_BAND = 0.034907
 
 @lru_cache
 def model() -> TSModel:
-    """Return the default error system of the NREL 5-MW turbine."""
     return wind_observer_model(nrel5mw())
 
 
 def observer() -> WindObserver:
-    """Return an observer whose error poles at d = 0.02 are at -0.4 +- 0.2j rad/s."""
     return WindObserver(nrel5mw(), 0.8, 10.0)
 
 
-@settings(max_examples=30, derandomize=True, deadline=None)
 @given(st.floats(4.1, 25), UNIT, UNIT, UNIT, UNIT)
 def test_error_system_is_exact(v0: float, e: float, p: float, w: float, west: float) -> None:
-    """Plant minus observer equals the blended error system at any point of the band."""
     turbine, at = nrel5mw(), trim(nrel5mw(), min(v0, 25.0))
     low, high = nrel5mw().pitch_min, at.pitch + 0.9 * PITCH_BAND
     omega, beta = at.rotor_speed + 0.09 * e, min(max(at.pitch + PITCH_BAND * p, low), high)
@@ -93,7 +89,6 @@ def test_estimate_converges_in_steady_wind(wind: float) -> None:
 
 
 def test_estimate_is_held_at_its_limits() -> None:
-    """At the upper limit vhat does not wind up, and leaves it at once when the sign turns."""
     watch = WindObserver(nrel5mw(), 0.8, 10.0, wind_limits=(3.0, 20.0))
 
     assert watch.initial_state(1.2, 40.0)[1] == 20.0
@@ -116,7 +111,6 @@ def test_estimate_is_held_at_its_limits() -> None:
     ],
 )
 def test_estimate_stays_finite_on_bad_readings(speed: float, pitch: float, torque: float) -> None:
-    """Two minutes of a bad reading leave a finite state, from which the estimate comes back."""
     turbine, watch, at = nrel5mw(), observer(), trim(nrel5mw(), 12.0)
     held = float(rotor_torque(turbine, at.rotor_speed, at.pitch, 12.0)) / turbine.gear_ratio
     state = watch.initial_state(at.rotor_speed, 12.0)
@@ -146,6 +140,5 @@ def test_bands_without_a_positive_slope_are_refused() -> None:
 def test_misuse_is_explained(
     l1: float, l2: float, limits: tuple[float, float] | None, message: str
 ) -> None:
-    """Gains and limits that make no observer are named."""
     with pytest.raises(ModelError, match=message):
         WindObserver(nrel5mw(), l1, l2, wind_limits=limits)

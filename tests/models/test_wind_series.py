@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import struct
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from takagi.models import ModelError
 from takagi.models.simulation.wind import (
@@ -19,6 +23,7 @@ from takagi.models.simulation.wind import (
     same_turbulence,
     step_wind,
 )
+from takagi.models.simulation.wind_files import read_full_field, read_wind_table
 
 
 def test_point_spectrum_holds_the_variance() -> None:
@@ -47,14 +52,6 @@ def test_rotor_share_equals_the_mean_over_random_points(frequency: float) -> Non
     assert abs(found[0] - coherence.mean()) < 4 * coherence.std() / np.sqrt(len(coherence))
 
 
-def test_rotor_share_of_a_small_rotor_is_one() -> None:
-    """A point feels all of the turbulence, a larger rotor less of it."""
-    frequency = np.array([0.0, 0.1, 1.0])
-
-    assert rotor_share(frequency, 10.0, rotor_radius=1e-4) == pytest.approx(1.0, abs=1e-3)
-    assert np.all(rotor_share(frequency, 10.0, rotor_radius=80) < rotor_share(frequency, 10.0))
-
-
 def test_turbulence_has_its_mean_and_the_spectrum_it_was_made_from() -> None:
     """Mean as asked; every line of the periodogram equals S_rotor at its frequency."""
     wind = same_turbulence((12.0,), 0.15, 300.0, 7, 0.1)[0]
@@ -69,7 +66,6 @@ def test_turbulence_has_its_mean_and_the_spectrum_it_was_made_from() -> None:
 
 
 def test_turbulence_follows_from_its_seed() -> None:
-    """The same seed gives the same wind, another seed another one."""
     first, again, other = (same_turbulence((10.0,), 0.1, 60.0, seed)[0] for seed in (3, 3, 4))
 
     assert np.array_equal(first.speed, again.speed)
@@ -110,7 +106,6 @@ def test_operating_gust_has_its_peak_and_dips() -> None:
 
 
 def test_step_ramp_and_constant() -> None:
-    """Each by its own words."""
     step, ramp = step_wind(9.0, 12.0, 60.0), ramp_wind(14.0, 8.0, 100.0, rate=0.2, begin=10.0)
 
     assert step.at([0.0, 30.0, 30.001, 60.0]) == pytest.approx([9, 9, 12, 12])
@@ -118,7 +113,6 @@ def test_step_ramp_and_constant() -> None:
 
 
 def test_a_series_cannot_be_changed() -> None:
-    """The arrays are copies and read-only."""
     speed = np.array([5.0, 6.0])
     wind = WindSeries(np.array([0.0, 1.0]), speed)
     speed[0] = 99.0
@@ -129,7 +123,6 @@ def test_a_series_cannot_be_changed() -> None:
 
 
 def test_misuse_is_told() -> None:
-    """What was given, what was needed."""
     with pytest.raises(ModelError, match="one length, at least 2"):
         WindSeries(np.array([0.0]), np.array([5.0]))
     with pytest.raises(ModelError, match="increase strictly"):
@@ -173,3 +166,102 @@ def test_turbulence_of_a_class_has_its_deviation() -> None:
     assert moving["C"] / moving["B"] == pytest.approx(0.12 / 0.14)
     # What is slower than the period and faster than the samples is missing from the deviation.
     assert 0.9 < np.std(moving["B"]) / (0.14 * (7.5 + 5.6)) < 1.0
+
+
+HUB, RADIUS = 90.0, 60.0
+TEXT = b"a field of the tests"
+
+
+def write_field(
+    path: Path, along: NDArray[np.float64], spacing: float, *, tower: int = 3, kind: int = 7
+) -> None:
+    """Write the wind along the flow, (steps, height, width), in TurbSim's full-field layout.
+
+    Source: Jonkman (2014), TurbSim user's guide v2.00.00, full-field binary files.
+    """
+    steps, rows, columns = along.shape
+    slope, offset = 1000.0, -20000.0
+    lowest = HUB - spacing * (rows - 1) / 2
+    content = struct.pack("<hiiii", kind, rows, columns, tower, steps)
+    content += struct.pack("<ffffff", spacing, spacing, 0.05, 11.0, HUB, lowest)
+    content += struct.pack("<ffffff", slope, offset, 1500.0, 7.0, 1500.0, -7.0)
+    content += struct.pack("<i", len(TEXT)) + TEXT
+    for field in along:
+        for value in field.ravel():
+            content += struct.pack("<hhh", round(value * slope + offset), 17, -17)
+        content += struct.pack("<hhh", 1, 2, 3) * tower
+    path.write_bytes(content)
+
+
+def sheared(steps: int, points: int, spacing: float) -> NDArray[np.float64]:
+    """A wind with steps in time, shear over height and width, and a cubic that a square has."""
+    z = spacing * (np.arange(points) - (points - 1) / 2) / RADIUS
+    t = np.arange(steps)[:, None, None]
+    up, across = z[None, :, None], z[None, None, :]
+    return np.asarray(10.0 + 0.5 * t + 3.0 * up - 2.0 * across + up**2, dtype=np.float64)
+
+
+@pytest.mark.parametrize("kind", [7, 8])
+def test_a_full_field_is_averaged_over_the_disc(tmp_path: Path, kind: int) -> None:
+    """Linear shear averages out; z^2 has the mean R^2 / 4 over a disc, R^2 / 3 over a square."""
+    path = tmp_path / "field.bts"
+    write_field(path, sheared(4, 121, 1.0), 1.0, kind=kind)
+    wind = read_full_field(path, rotor_radius=RADIUS, hub_height=HUB)
+
+    assert wind.time == pytest.approx(0.05 * np.arange(4), abs=1e-7)
+    assert wind.speed == pytest.approx(10.25 + 0.5 * np.arange(4), abs=0.005)
+
+
+def test_the_disc_stands_at_the_turbines_hub(tmp_path: Path) -> None:
+    """A smaller rotor that stands 10 m higher feels the shear between."""
+    path = tmp_path / "field.bts"
+    write_field(path, sheared(2, 121, 1.0), 1.0)
+    wind = read_full_field(path, rotor_radius=30.0, hub_height=HUB + 10.0)
+    share = 10.0 / RADIUS
+
+    assert wind.speed[0] == pytest.approx(10.0 + 3.0 * share + share**2 + 1 / 16, abs=0.005)
+
+
+def test_a_table_may_have_a_heading_and_comments(tmp_path: Path) -> None:
+    path = tmp_path / "wind.csv"
+    path.write_text("time [s], wind [m/s]\n# measured\n0, 8\n10, 9.5, cloudy\n\n20,8\n")
+    wind = read_wind_table(path)
+
+    assert wind.time.tolist() == [0.0, 10.0, 20.0]
+    assert wind.speed.tolist() == [8.0, 9.5, 8.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("time,wind\n0,8\n1,fast\n", "line 3: '1,fast'"),
+        ("0;8\n1;8\n", "line 2"),
+        ("time,wind\n0,8\n", "1 lines"),
+        ("0,8\n0,9\n", "increase strictly"),
+        ("0,8\n1,-2\n", "speed is -2 m/s at 1 s"),
+    ],
+)
+def test_a_damaged_table_is_refused(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "wind.csv"
+    path.write_text(text)
+    with pytest.raises(ModelError, match=words):
+        read_wind_table(path)
+
+
+def test_a_damaged_field_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "field.bts"
+    write_field(path, sheared(2, 13, 10.0), 10.0)
+    content = path.read_bytes()
+    for damaged, words in (
+        (b"time,wind\n" + content, "begins with"),
+        (content[:-1], "ends before"),
+        (content[:50], "50 bytes"),
+        (content[:2] + struct.pack("<i", 0) + content[6:], "not above 0"),
+    ):
+        path.write_bytes(damaged)
+        with pytest.raises(ModelError, match=words):
+            read_full_field(path, rotor_radius=RADIUS, hub_height=HUB)
+    path.write_bytes(content)
+    with pytest.raises(ModelError, match=r"reaches 60.0 m .* radius is 80 m"):
+        read_full_field(path, rotor_radius=80.0, hub_height=HUB)
+    assert read_full_field(path, rotor_radius=RADIUS, hub_height=HUB).speed[0] > 0

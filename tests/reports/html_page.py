@@ -20,10 +20,7 @@ VOID = {"area", "base", "br", "col", "hr", "img", "input", "link", "meta", "sour
 
 @contextmanager
 def unsettled() -> Iterator[pytest.MonkeyPatch]:
-    """Let figures be drawn where they are, for tests that do not look at their layout.
-
-    Making room for labels takes a quarter of a page's time; ``test_figures`` looks at it.
-    """
+    """Make no room for labels, a quarter of a page's time; ``test_figures`` looks at it."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(style, "_settle", lambda figure: figure.set_layout_engine(None))
         yield patch
@@ -81,10 +78,8 @@ def self_contained(html: str) -> HtmlPage:
 
 
 def text_of(section: Section) -> str:
-    """The section as it stands in the page."""
     return render(section, "turbine")
 
 
 def checked_as(claims: list[Claim]) -> Checked:
-    """Return a checked certificate with these claims."""
     return concluded(claims, [])

@@ -6,21 +6,22 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import control
+import numpy as np
+
 from takagi.reports.margins.margins import DiskMargin, loop_margins
+from takagi.reports.margins.response import LoopResponse, continuous_response
 from takagi.reports.margins.running_over_wind import RunningMargins
-from tests.reports.control_loops import response_of
+
+
+def response_of(loop: Any) -> LoopResponse:
+    system = control.ss(loop)
+    assert not np.any(system.D)
+    return continuous_response(system.A, system.B, system.C)
 
 
 def margin_row(wind: float, loop: str, gain: float, alpha: float, **changed: Any) -> RunningMargins:
-    """Return a wind whose ``loop`` may grow by ``gain``, with 60 deg and 0.5 s; the other is none.
-
-    Parameters
-    ----------
-    loop : "torque" or "pitch".
-    alpha : of the disk margin of both together.
-    """
-    import control
-
+    """A wind whose ``loop``, torque or pitch, may grow by ``gain``; alpha of both together."""
     found = replace(
         loop_margins(response_of(control.tf(1, [1, 1, 0]))),
         gain_increase=gain,

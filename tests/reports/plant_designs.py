@@ -16,7 +16,6 @@ X, V, U = sp.symbols("x v u", real=True)
 
 @cache
 def design_of(name: str) -> PlantDesign:
-    """The design of a built-in plant with the settings that nobody chose."""
     plant = load_model(name)
     assert isinstance(plant, Plant)
     found = design_plant(plant)
@@ -28,10 +27,7 @@ def design_of(name: str) -> PlantDesign:
 def two_integrators(
     k: float, d: float, *, side: float = 1, room: int | None = None, step: float | None = None
 ) -> PlantDesign:
-    """x' = v, v' = u, or one step of it, under u = -k x - d v.
-
-    |x| <= 1, |v| <= side, |u| <= room.
-    """
+    """x' = v, v' = u, or one step of it, u = -k x - d v; |x| <= 1, |v| <= side, |u| <= room."""
     plant = Plant(
         equations=(V, U) if step is None else (X + step * V, V + step * U),
         states=(Variable(X, "m", Interval.of(-1, 1)), Variable(V, "m/s", Interval.of(-side, side))),

@@ -17,7 +17,6 @@ from takagi.models.laws.published.regional_schedule import (
 def with_published_law(
     design: TurbineDesign, variant: Variant = "saturated", **parts: Any
 ) -> TurbineDesign:
-    """Return the same turbine with this law and the parts given, and no law of its own."""
     turbine, regional = design.turbine, design.regional
     partial, full = (
         regional_schedule(turbine, region.model, k_x=k_x, k_I=k_I)

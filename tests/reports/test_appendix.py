@@ -29,7 +29,6 @@ HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|>"
 
 @pytest.fixture(scope="module")
 def design(turbine_design: TurbineDesign) -> TurbineDesign:
-    """The default design of the NREL 5-MW turbine."""
     return turbine_design
 
 
@@ -43,13 +42,11 @@ def files(design: TurbineDesign) -> dict[str, bytes | str]:
 
 @pytest.fixture(scope="module")
 def body(files: dict[str, bytes | str]) -> str:
-    """The text for a paper."""
     return str(files["appendix-body.tex"])
 
 
 @pytest.fixture(scope="module")
 def paper_files(design: TurbineDesign) -> dict[str, bytes | str]:
-    """The appendix of the published law."""
     with pytest.MonkeyPatch.context() as patch:
         undrawn(patch)
         claim = {"name": HOSTILE, "kind": "other", "P": [[2.5, -0.125], [-0.125, 1]], "winds": "12"}
@@ -65,14 +62,12 @@ def undrawn(patch: pytest.MonkeyPatch) -> None:
 
 
 def plain(cell: str) -> str:
-    """A table cell without the marks of mathematics."""
     return (
         re.sub(r"\\ensuremath\{([^{}]*)\}", r"\1", cell).replace(r"\rlap{$^\dagger$}", "").strip()
     )
 
 
 def table(body: str, label: str) -> list[list[str]]:
-    """The rows of the table with this label, all pieces of it, as plain cells."""
     rows = []
     start = body.index(rf"\label{{{label}}}")
     while True:
@@ -85,7 +80,6 @@ def table(body: str, label: str) -> list[list[str]]:
 
 
 def test_the_lyapunov_matrix_is_the_certificates(design: TurbineDesign, body: str) -> None:
-    """Every entry of P is printed with all its decimals, in its place."""
     emitted = design.document["claims"][0]["P"]
 
     opening = r"P = \begin{bmatrix}"
@@ -96,7 +90,6 @@ def test_the_lyapunov_matrix_is_the_certificates(design: TurbineDesign, body: st
 
 
 def test_every_cell_of_the_certificate_is_in_the_tables(design: TurbineDesign, body: str) -> None:
-    """Read back, both tables give the claim's numbers without loss."""
     cells: list[dict[str, Any]] = design.document["claims"][0]["cells"]
     ranges = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
     sizes = (
@@ -113,7 +106,6 @@ def test_every_cell_of_the_certificate_is_in_the_tables(design: TurbineDesign, b
 
 
 def test_the_gain_table_is_the_laws(design: TurbineDesign, body: str) -> None:
-    """Rounded to the decimals shown, every node has the law's gain and integral rate."""
     law = design.effort_sharing_law
     assert law is not None
 
@@ -138,7 +130,6 @@ def test_the_inequalities_are_those_of_the_solved_conditions(
 
 
 def test_the_vertices_are_the_models(design: TurbineDesign, body: str) -> None:
-    """The first and the last vertex of each region are printed with the proved corners."""
     for model in (design.partial_load, design.full_load):
         for i in (0, len(model.rules) - 1):
             start = body.index(rf"A_{{{i + 1}}} = \begin{{bmatrix}} {decimal(model.A[i, 0, 0])}")
@@ -150,7 +141,6 @@ def test_the_vertices_are_the_models(design: TurbineDesign, body: str) -> None:
 def test_the_body_is_closed_in_itself(
     files: dict[str, bytes | str], paper_files: dict[str, bytes | str], law: str
 ) -> None:
-    """Braces and environments match; references, citations and figures have their target."""
     found = files if law == "coherent" else paper_files
     body = str(found["appendix-body.tex"])
 
@@ -172,7 +162,6 @@ def test_the_body_is_closed_in_itself(
 def test_every_proved_claim_is_a_theorem(
     design: TurbineDesign, body: str, files: dict[str, bytes | str]
 ) -> None:
-    """The verdict, one theorem a claim, and the list of what is not proved are there."""
     assert r"\textbf{PROVED}" in body and "What is not proved" in body
     assert body.count(r"\begin{takagitheorem}") == len(design.checked.claims)
     assert r"\begin{takagiopen}" not in body
@@ -182,7 +171,6 @@ def test_every_proved_claim_is_a_theorem(
 def test_what_is_not_proved_is_not_called_proved(
     design: TurbineDesign, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With open claims there is no theorem, no figure of proved cells and no proved number."""
     claims = [Claim(one.name, Verdict.UNDECIDED, "a reason") for one in design.checked.claims]
     undrawn(monkeypatch)
 
@@ -198,7 +186,6 @@ def test_what_is_not_proved_is_not_called_proved(
 def test_the_published_law_has_an_appendix_without_the_theorem(
     paper_files: dict[str, bytes | str],
 ) -> None:
-    """Nothing of the effort-sharing law is said of another; the text of the claim is escaped."""
     body = str(paper_files["appendix-body.tex"])
 
     assert r"\begin{takagitheorem}" not in body and "effort-sharing" not in body
@@ -222,7 +209,6 @@ def test_escaped_words_hold_no_command_of_their_own(words: str) -> None:
 
 
 def test_numbers_keep_their_meaning() -> None:
-    """Exact decimals stay exact, rounding never shows a negative zero, powers are powers."""
     assert decimal(0.1 + 0.2) == r"\ensuremath{0.30000000000000004}"
     assert decimal(1e-7) == r"\ensuremath{0.0000001}"
     assert with_decimals(-0.0001, 2) == r"\ensuremath{0.00}"

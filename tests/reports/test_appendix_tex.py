@@ -27,7 +27,6 @@ HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|> K\"uhn Kühn"
 
 @pytest.fixture(scope="module")
 def design(turbine_design: TurbineDesign) -> TurbineDesign:
-    """The default design of the NREL 5-MW turbine."""
     return turbine_design
 
 
@@ -49,7 +48,6 @@ def _few_margins() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def files(design: TurbineDesign) -> dict[str, bytes | str]:
-    """The effort-sharing law, with its theorems and all tables."""
     return appendix_files(design)
 
 
@@ -57,7 +55,6 @@ def files(design: TurbineDesign) -> dict[str, bytes | str]:
 def test_the_default_appendix_compiles(
     files: dict[str, bytes | str], tmp_path: Path, paper: str
 ) -> None:
-    """Alone and in papers of one column or two, with the packages that the body names."""
     sound(compiled(tmp_path, files, paper))
 
 
@@ -65,12 +62,10 @@ def test_the_default_appendix_compiles(
 def test_the_published_law_compiles(
     design: TurbineDesign, tmp_path: Path, variant: Variant
 ) -> None:
-    """Other claims and words full of LaTeX's own characters do no harm."""
     sound(compiled(tmp_path, appendix_files(paper_design(design, variant))))
 
 
 def test_an_open_certificate_compiles(design: TurbineDesign, tmp_path: Path) -> None:
-    """Without a proof there is a figure and a paragraph less."""
     claims = [
         Claim(one.name, Verdict.UNDECIDED, "wind 3 to 4 m/s: a reason")
         for one in design.checked.claims

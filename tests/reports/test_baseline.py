@@ -38,7 +38,6 @@ HALVES = {"name": "line", "kind": "decay", "P": [[1, 0], [0, 1]]}
 def document(
     *claims: Data, A: Any = ((-1.0, 0.0), (0.0, -2.0)), configuration: Any = None, **model: Any
 ) -> Data:
-    """Return a certificate of x1' = -x1, x2' = -2 x2 without inputs, or of another matrix."""
     names = ["angle [rad]", "rate [rad/s]"]
     kind = {"kind": "takagi-sugeno", "sample_time": None, "state_names": names}
     return certificate_document(
@@ -61,13 +60,11 @@ def test_two_plants_are_not_compared() -> None:
 
 
 def ellipsoid(level: float, **more: Any) -> Data:
-    """Return the claim that {x1^2 + x2^2 <= level} is invariant."""
     own = {"name": "set", "kind": "invariant-ellipsoid", "P": [[1, 0], [0, 1]]}
     return {**own, "level": level, "multiplier": 0.5, **more}
 
 
 def against(old: Data, new: Data, tolerance: str = "0.05") -> CertificateComparison:
-    """Compare two documents that the checker has replayed."""
     first, second = (read_text(json.dumps(one), "test") for one in (old, new))
     return compare_certificates(
         first,
@@ -208,7 +205,6 @@ def turbine(*cells: tuple[float, float, float], peak: float = 0.05) -> tuple[Dat
     ],
 )
 def test_wind_classes_are_compared_over_the_wind(cells: Any, where: str) -> None:
-    """Cells may be cut anew; a hole between them counts, wherever it is."""
     old, checked = turbine((3, 4, 0.2), (4, 5, 0.1))
     new, checked_new = turbine(*cells)
 
@@ -269,7 +265,6 @@ BOTH = document(HALVES | {"decay_rate": 0.8}, ellipsoid(0.5))
     ],
 )
 def test_the_first_line_is_a_verdict_in_words(old: Data, new: Data, phrase: str) -> None:
-    """Better, worse, both or neither, and how many; what rounding explains is no change."""
     found = against(old, new)
 
     for told in (as_text(found, source="old.json"), as_markdown(found, source="old.json")):
@@ -278,7 +273,6 @@ def test_the_first_line_is_a_verdict_in_words(old: Data, new: Data, phrase: str)
 
 
 def test_sizes_of_gains_are_compared_by_input_and_state() -> None:
-    """The largest over the rules; laws of other states have no ratio."""
     law = {"input_names": ["u [N]"], "state_names": ["x [m]", "v [m/s]"]}
     old = law | {"K": [[[2.0, -4.0]], [[1.0, 3.0]]]}
     new = law | {"K": [[[3.0, -2.0]], [[1.0, 1.0]]]}
@@ -296,7 +290,6 @@ def test_sizes_of_gains_are_compared_by_input_and_state() -> None:
 
 
 def test_rows_of_two_summaries_that_differ_are_shown() -> None:
-    """A row that changed, one that is new, and one that is gone; equal ones are left out."""
     old = [SimpleNamespace(name=n, text=t) for n, t in (("settles", "2 s"), ("input", "1 V"))]
     new = [SimpleNamespace(name=n, text=t) for n, t in (("settles", "1 s"), ("margins", "60 deg"))]
     same = SimpleNamespace(name="gains", text="K")
@@ -379,7 +372,6 @@ def test_each_design_has_a_column_and_each_change_a_word(tmp_path: Path) -> None
 
 
 def test_a_claim_is_lost_in_one_design_and_the_reports_are_linked(tmp_path: Path) -> None:
-    """The page lies in a folder of its own; only designs with a report have a link."""
     folders = [design(tmp_path / "with a space", 0.8, level=1), design(tmp_path / "b", 0.8)]
     third = design(tmp_path / "c", 0.8, level=0.5)
 
@@ -395,7 +387,6 @@ def test_a_claim_is_lost_in_one_design_and_the_reports_are_linked(tmp_path: Path
 
 
 def damaged(folder: Path, **members: object) -> Path:
-    """Change members of a certificate."""
     file = folder / "certificate.json"
     document = json.loads(file.read_text(encoding="utf-8")) | members
     file.write_text(json.dumps(document), encoding="utf-8")
@@ -406,7 +397,6 @@ def damaged(folder: Path, **members: object) -> Path:
 def test_what_cannot_be_compared_is_refused_in_one_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], which: str
 ) -> None:
-    """Status 2, what to do, and no page."""
     base, other = design(tmp_path / "base", 0.8), tmp_path / "other"
     cure = "takagi design MODEL --out DIR"
     if which == "plant":

@@ -45,7 +45,6 @@ def pendulum(tmp_path_factory: pytest.TempPathFactory) -> PlantFile:
 
 @pytest.fixture(scope="module")
 def first(pendulum: PlantFile, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the design without options."""
     folder = tmp_path_factory.mktemp("cache") / "first"
     assert cell_of(pendulum, folder)["proved"]
     return folder
@@ -58,7 +57,6 @@ def cell_of(source: PlantFile, folder: Path, **options: Any) -> dict[str, Any]:
 def test_a_position_is_the_design_of_its_command(
     pendulum: PlantFile, first: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Gains and verdict of the page are those of the command that it copies, digit by digit."""
     axes = axes_of(pendulum, read_checked(first, pendulum, pendulum.settings))
     assert [axis.name for axis in axes] == ["settle", "limit", "starts"]
     steps = (7, 5, 3)
@@ -87,7 +85,6 @@ def test_a_kept_design_is_checked_again_and_not_made_again(
 
 
 def damage_gains(folder: Path) -> None:
-    """Make the law another one in all files that have it."""
     for name in ("gains.json", "certificate.json", "design.json"):
         path = folder / name
         document = json.loads(path.read_text(encoding="utf-8"))
@@ -117,7 +114,6 @@ def leave_part(folder: Path) -> None:
 def test_a_changed_folder_is_never_shown_as_proved(
     pendulum: PlantFile, first: Path, tmp_path: Path, damage: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It counts as none: the design is made anew."""
     folder = tmp_path / "first"
     shutil.copytree(first, folder)
     damage(folder)
@@ -132,7 +128,6 @@ def test_a_changed_folder_is_never_shown_as_proved(
 def test_a_design_for_other_requirements_is_not_taken(
     pendulum: PlantFile, first: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A whole, proved folder in the wrong place, and one of another plant."""
     monkeypatch.setattr(plant_cell, "_designed", lambda *_: NoDesign("made anew"))
     for place in ("one", "two"):
         shutil.copytree(first, tmp_path / place)
@@ -146,7 +141,6 @@ def test_a_design_for_other_requirements_is_not_taken(
 def test_an_open_claim_makes_a_candidate(
     pendulum: PlantFile, first: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A design that the checker does not accept has no green badge, and its set is not proved."""
     from takagi.certificates.design.plant.result import PlantDesign
 
     design = read_checked(first, pendulum, pendulum.settings)

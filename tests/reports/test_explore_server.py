@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import multiprocessing
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -13,9 +14,11 @@ import pytest
 
 from takagi.certificates import TurbineDesign, Verdict
 from takagi.certificates.design.turbine.result import claim_summary
+from takagi.cli.options.plant_options import plant_settings
 from takagi.models.errors import ModelError
+from takagi.models.plant_files.loader import PlantFile
 from takagi.reports.explore.axes import Axis
-from takagi.reports.explore.books import Book
+from takagi.reports.explore.books import ENDED, Book, Worker
 from takagi.reports.explore.server import bound_socket, guarded_application
 from takagi.reports.explore.turbine_cells import turbine_book
 from takagi.reports.simulation.measured_loop import NOTHING
@@ -59,7 +62,6 @@ class Client:
 def test_the_page_loads_nothing_from_elsewhere_and_is_read_by_no_other_page(
     name: str, kind: str
 ) -> None:
-    """A strict policy, no permission for other origins, and no address of another host inside."""
     answer = Client().get(f"/{TOKEN}/{name}")
 
     assert answer.status_code == 200
@@ -204,7 +206,6 @@ def book(turbine_design: TurbineDesign) -> Book:
 def test_each_cell_states_no_more_than_the_certificate(
     book: Book, turbine_design: TurbineDesign
 ) -> None:
-    """The wind limits, rounded so that they claim no more; the law's shares sum to one."""
     summary, law = claim_summary(turbine_design), turbine_design.effort_sharing_law
     assert summary is not None and law is not None
     assert len(book.cells) == len(summary.winds) == len(book.axes[0].words)
@@ -224,7 +225,6 @@ def test_each_cell_states_no_more_than_the_certificate(
 
 
 def test_what_is_not_proved_is_not_shown_as_proved(turbine_design: TurbineDesign) -> None:
-    """Without the folder's margins there are none; an open claim makes no green badge."""
     first, *others = turbine_design.checked.claims
     claims = [replace(first, verdict=Verdict.UNDECIDED), *others]
     checked = replace(turbine_design.checked, verdict=Verdict.UNDECIDED, claims=claims)
@@ -252,3 +252,75 @@ def test_a_law_without_cells_is_refused(turbine_design: TurbineDesign) -> None:
     checked = replace(turbine_design.checked, claims=[])
     with pytest.raises(ModelError, match="no wind cells to turn"):
         turbine_book(replace(turbine_design, document=document, checked=checked), FOLDER)
+
+
+pytestmark = pytest.mark.slow
+
+
+def test_a_newer_question_drops_the_older(tmp_path: Path) -> None:
+    worker = Worker("cart_pole_2rules", plant_settings)
+
+    async def ask() -> list[Any]:
+        options = ({"settle": "3s"}, {"settle": "2s"}, {"settle": "4s"})
+        asked = (worker.cell(o, tmp_path / o["settle"]) for o in options)
+        return await asyncio.gather(*asked)
+
+    try:
+        *older, newest = asyncio.run(ask())
+    finally:
+        worker.end()
+    assert older == [None, None]
+    assert newest["proved"]
+    assert not (tmp_path / "3s").exists() and not (tmp_path / "2s").exists()
+
+
+def test_a_process_that_is_killed_is_replaced(tmp_path: Path) -> None:
+    before = set(multiprocessing.active_children())
+    worker = Worker("cart_pole_2rules", plant_settings)
+    (process,) = set(multiprocessing.active_children()) - before
+    process.kill()
+    process.join()
+
+    async def ask() -> list[Any]:
+        first = await worker.cell({"settle": "3s"}, tmp_path / "one")
+        return [first, await worker.cell({"settle": "3s"}, tmp_path / "two")]
+
+    try:
+        lost, found = asyncio.run(ask())
+    finally:
+        worker.end()
+    assert lost["none"] == ENDED
+    assert found["proved"]
+
+
+def test_the_grid_is_filled_and_the_page_waits_for_what_runs(tmp_path: Path) -> None:
+    from takagi.reports.explore.axes import Axis, command_of
+
+    source = PlantFile.of("cart_pole_2rules")
+    workers = [Worker("cart_pole_2rules", plant_settings) for _ in range(2)]
+    axis = Axis("settle", "Settling time", ({}, {"settle": "3s"}), ("as the file says", "3 s"))
+    cells: dict[tuple[int, ...], Any] = {}
+    book = Book(
+        "Plant",
+        (axis,),
+        cells,
+        [(0,), (1,)],
+        lambda at: command_of(source, axis.options[at[0]], at),
+        folder=tmp_path,
+        workers=workers,
+    )
+
+    async def ask() -> Any:
+        filling = asyncio.ensure_future(book.fill())
+        await asyncio.sleep(0)
+        answer = await book.exact((0,))
+        await filling
+        return answer
+
+    try:
+        answer = asyncio.run(ask())
+    finally:
+        book.close()
+    assert answer is not None and answer["exact"] and answer["origin"] == "precomputed"
+    assert book.progress() == (2, 2)
+    assert book.nearest((1,))["command"].startswith("takagi design cart_pole_2rules --settle 3s")

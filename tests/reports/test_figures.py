@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
@@ -47,7 +47,6 @@ MAKERS: dict[str, Callable[[], Figure]] = {}
 
 
 def maker(make: Callable[[], Figure]) -> Callable[[], Figure]:
-    """Register a figure under the name of its function."""
     MAKERS[make.__name__.replace("_", "-")] = make
     return make
 
@@ -64,7 +63,6 @@ def bode() -> Figure:
 
 
 def response_line(label: str, time: NDArray[np.float64]) -> ResponseLine:
-    """A wind step and first-order answers."""
     answer = 1 - np.exp(-np.clip(time - 20, 0, None) / 3)
     wind = np.where(time < 20, 10.0, 13.0)
     return ResponseLine(label, wind, 0.1 * answer, 4e4 * answer, 1.2 + 0 * time, 5e6 * answer)
@@ -115,7 +113,6 @@ SHOWN = [
 
 @cache
 def pictured(name: str) -> Pictured:
-    """Return one picture for all tests that only look at it."""
     from matplotlib.text import Text
 
     figure = MAKERS[name]()
@@ -172,7 +169,6 @@ def test_a_figure_can_be_read(name: str) -> None:
 
 @pytest.mark.parametrize("name", SHOWN)
 def test_no_text_lies_on_another(name: str) -> None:
-    """Labels, titles and legends have room; tick labels count where their ticks are drawn."""
     from matplotlib.text import Text
 
     figure = pictured(name).figure
@@ -197,7 +193,6 @@ def test_no_text_lies_on_another(name: str) -> None:
 
 
 def test_labels_of_a_column_stand_in_one_line() -> None:
-    """Though the numbers of its panels have different widths."""
     with house_style():
         figure, panels = new_figure(3, 1, share_x=True)
         for axes, size in zip(panels, (1.0, 1e5, 1e-3), strict=True):
@@ -213,7 +208,6 @@ def test_labels_of_a_column_stand_in_one_line() -> None:
 
 
 def test_what_is_not_proved_is_hatched_and_lies_on_top() -> None:
-    """Proved ranges are plain, others hatched and drawn later; wide ranges keep their ends."""
     from matplotlib.patches import Rectangle
 
     row = OverlapRow("0.1 rad/s, 2000 N m", ((3, 10), (10.4, 25)), ((10, 10.4),))
@@ -225,13 +219,11 @@ def test_what_is_not_proved_is_hatched_and_lies_on_top() -> None:
     np.testing.assert_allclose(ends, [(3, 10), (10.4, 25), (10, 10.4)])
 
 
-@settings(derandomize=True, max_examples=30, deadline=None)
 @given(
     values=arrays(np.float64, st.integers(0, 5000), elements=st.floats(-1e6, 1e6)),
     points=st.integers(8, 300),
 )
 def test_decimation_keeps_extremes_and_ends(values: NDArray[np.float64], points: int) -> None:
-    """At most the points asked for, all of them samples, with minimum, maximum, first and last."""
     time = np.arange(len(values), dtype=np.float64)
     x, y = decimate(time, values, points=points)
 
@@ -283,7 +275,6 @@ def design() -> PlantDesign:
 
 
 def test_every_pair_has_a_panel_with_units_on_its_outer_axes() -> None:
-    """Three states have three pairs; the projection of the first is its half-width in deg."""
     loop = plant_loop(design())
     figure = set_figure(loop)
     shown = [axes for axes in figure.axes if axes.get_visible()]
@@ -317,10 +308,7 @@ def test_the_table_is_in_the_file_s_units_and_absent_without_a_set() -> None:
 
 @pytest.mark.parametrize("disturbed", [False, True])
 def test_one_state_settles_as_its_pole_says(*, disturbed: bool) -> None:
-    """x' = u = -2 x: the set is all of |x| <= 1, and 2 % are reached after ln(50) / 2.
-
-    So it is with a disturbance that stays at rest.
-    """
+    """x' = -2 x: all of |x| <= 1, 2 % after ln(50) / 2, also beside a disturbance at rest."""
     W = Symbol("W", real=True)
     plant = Plant(
         equations=(U + W if disturbed else U,),

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from random import Random
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -26,15 +26,15 @@ from takagi.certificates.document.certificate_file import (
 )
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_embedding import law_members, plant_data, unknown_premises
-from takagi.models import Plant
+from takagi.models import Floats, Plant
 from takagi.models.files.library import built_in_kinds, data_folder
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.pdc import PdcLaw
-from takagi.models.laws.protocol import Law, Measurement, SampledLaw, sampled
+from takagi.models.laws.protocol import Command, Law, Measurement, sampled
 from takagi.models.turbine.trim import trim
 from takagi.reports.gains_file.envelope import dump_gains, gain_file
 from tests.models.library_plants import library_model, plant_of
-from tests.reports.filtered_speed import FilteredSpeed
+from tests.reports.python_law import PythonLaw
 
 PAGE = (Path(__file__).parents[2] / "docs" / "gain-file.md").read_text(encoding="utf-8")
 """The page."""
@@ -42,14 +42,12 @@ PAGE = (Path(__file__).parents[2] / "docs" / "gain-file.md").read_text(encoding=
 
 @cache
 def code() -> str:
-    """Return the page's block with the controller."""
     found = re.search(r"<!-- a test runs this block .*?-->\n```python\n(.*?)```", PAGE, re.DOTALL)
     assert found is not None
     return found[1]
 
 
 def controller(path: Path, *programs: str) -> Any:
-    """Return the page's controller for a file; for the named programs alone, or all."""
     room: dict[str, Any] = {}
     exec(code(), room)
     return room["Controller"](path, programs)
@@ -75,10 +73,7 @@ PLANTS = [
 
 @cache
 def plant_law(name: str) -> tuple[Plant, PdcLaw]:
-    """Return a built-in plant with gains of no meaning that differ from rule to rule.
-
-    Of a blended plant they differ only with what a law knows.
-    """
+    """Gains of no meaning that differ from rule to rule, of a blend only with what a law knows."""
     plant, model = plant_of(name), library_model(name)
     r, n, m = model.B.shape
     rng = np.random.default_rng(11)
@@ -92,7 +87,6 @@ def plant_law(name: str) -> tuple[Plant, PdcLaw]:
 
 
 def plant_file(name: str, folder: Path) -> Path:
-    """Write the gain file of ``plant_law``, as a design would."""
     plant, law = plant_law(name)
     data = plant_data(law.model)
     gains = pdc_law_data(law.model, law.gains) | law_members(data)
@@ -102,7 +96,6 @@ def plant_file(name: str, folder: Path) -> Path:
 
 
 def written(document: Any, folder: Path) -> Path:
-    """Write a gain file and its certificate beside it."""
     path = folder / "gains.json"
     path.write_text(dump_gains(gain_file_of(document)), encoding="utf-8")
     (folder / "certificate.json").write_text(dumps(document), encoding="utf-8")
@@ -110,7 +103,6 @@ def written(document: Any, folder: Path) -> Path:
 
 
 def states_of(law: PdcLaw) -> list[np.ndarray[Any, np.dtype[np.float64]]]:
-    """Return states at rest, all around it, from a hair off rest to far outside the box."""
     rng, model = np.random.default_rng(3), law.model
     sides = [model.box.get(label, (1, 1)) for label in model.states]
     half = np.array([max(abs(float(end)) for end in side) for side in sides])
@@ -165,7 +157,6 @@ def test_the_effort_of_a_blend_is_added_up(tmp_path: Path) -> None:
 
 
 def turbine_file(design: TurbineDesign, law: Law, folder: Path) -> Path:
-    """Write the gain file of a law, with the observer of a design and a start of no meaning."""
     coherent = isinstance(law, EffortSharingLaw)
     gains = effort_sharing_law_data(law) if coherent else published_law_data(law)  # type: ignore[arg-type]
     document = certificate_document(
@@ -196,6 +187,35 @@ LAWS = ("coherent", "fast filter", "no filter", "paper", "linear ramp")
 VARIANTS = ("fast filter", "no filter", "linear ramp")
 
 
+class Seen(NamedTuple):
+    """A sample of a walk; ``start`` is the first state where it is a choice."""
+
+    start: list[float]
+    measured: dict[str, float]
+    command: Command
+    later: Floats
+
+
+def law_walks(law: Law, count: int, rng: Random) -> Iterator[list[Seen]]:
+    """Yield walks of 25 samples of 20 ms: any wind, speeds around the trim and far from it."""
+    for _ in range(count):
+        mean, walk = rng.uniform(2.0, 27.0), []
+        for k in range(25):
+            wind, speed = mean + rng.gauss(0, 1), rng.uniform(0.6, 1.45)
+            measured = Measurement(speed, rng.uniform(-0.05, 0.45), wind)
+            start: list[float] = []
+            if k == 0 and law.name == "coherent":
+                state = law.initial_state(wind)
+            elif k == 0:
+                # From anywhere: the start is a choice, not a part of the law.
+                start = [rng.uniform(-6, 1) for _ in law.state_names]
+                state = np.array(start)
+            command, state = sampled(law, state, measured, 0.02)
+            given = {"speed": speed, "pitch": measured.pitch, "wind_estimate": wind}
+            walk.append(Seen(start, given, command, state))
+        yield walk
+
+
 @pytest.fixture(scope="module")
 def laws(turbine_design: TurbineDesign) -> Mapping[str, Law]:
     return laws_of(turbine_design)
@@ -207,37 +227,19 @@ def laws(turbine_design: TurbineDesign) -> Mapping[str, Law]:
 def test_a_turbine_s_law_sample_by_sample(
     name: str, laws: Mapping[str, Law], turbine_design: TurbineDesign, tmp_path: Path
 ) -> None:
-    """Winds from below cut-in to above cut-out, speeds around the trim and far from it.
-
-    The states of both run on by themselves from sample to sample.
-    """
-    law, T = laws[name], 0.02
-    run, rng = controller(turbine_file(turbine_design, law, tmp_path), "law"), Random(5)
-    kept = [entry["name"] for entry in run.parts[0]["keep"]]
-    shut = 0
-    for _ in range(12):
-        mean, state = rng.uniform(2.0, 27.0), np.zeros(0)
-        for k in range(25):
-            wind = mean + rng.gauss(0, 1)
-            speed = rng.uniform(0.6, 1.45)
-            measured = Measurement(speed, rng.uniform(-0.05, 0.45), wind)
-            if k == 0:
-                run.kept = [{}]
-                if law.name == "coherent":
-                    state = law.initial_state(wind)
-                else:
-                    # From anywhere: the start is a choice, not a part of the law.
-                    state = np.array([rng.uniform(-6, 1) for _ in law.state_names])
-                    run.kept = [dict(zip(kept, state.tolist(), strict=True))]
-            command, later = sampled(law, state, measured, T)
-            sent = run.sample(T, speed=speed, pitch=measured.pitch, wind_estimate=wind)
-            top = turbine_design.turbine.rated_torque
-            assert sent["torque"] == pytest.approx(command.torque, abs=1e-9 * top)
-            assert sent["pitch_reference"] == pytest.approx(command.pitch, abs=1e-9)
-            shut += command.torque in (0.0, top)
-            state = later
+    """Winds from below cut-in to above cut-out, speeds around the trim and far from it."""
+    law, top = laws[name], turbine_design.turbine.rated_torque
+    run = controller(turbine_file(turbine_design, law, tmp_path), "law")
+    kept, shut = [entry["name"] for entry in run.parts[0]["keep"]], 0
+    for walk in law_walks(law, 12, Random(5)):
+        run.kept = [dict(zip(kept, walk[0].start, strict=True)) if walk[0].start else {}]
+        for seen in walk:
+            sent = run.sample(0.02, **seen.measured)
+            assert sent["torque"] == pytest.approx(seen.command.torque, abs=1e-9 * top)
+            assert sent["pitch_reference"] == pytest.approx(seen.command.pitch, abs=1e-9)
+            shut += seen.command.torque in (0.0, top)
             ours = [run.kept[0][one] for one in kept]
-            assert ours == pytest.approx(state[: len(ours)].tolist(), rel=1e-9, abs=1e-9)
+            assert ours == pytest.approx(seen.later[: len(ours)].tolist(), rel=1e-9, abs=1e-9)
     assert shut > 20
 
 
@@ -262,27 +264,16 @@ def test_near_the_trim_where_secants_become_slopes(
 
 def test_the_whole_controller_in_its_order(turbine_design: TurbineDesign, tmp_path: Path) -> None:
     """Low-pass, observer, law, rate limits: as ``takagi simulate`` runs them, sample by sample."""
-    design, T, rng = turbine_design, 0.01, Random(7)
+    T, rng = 0.01, Random(7)
     path = tmp_path / "gains.json"
-    path.write_text(dump_gains(gain_file(design)), encoding="utf-8")
-    run, watch = controller(path), design.observer.observer
-    limits = design.turbine.torque_rate_limit, design.turbine.pitch_rate_limit
-    program = SampledLaw(design.law, T, 0.0, *limits)
-    speed, pitch, guess = 1.2, 0.05, 13.0
-    estimator = watch.initial_state(speed, guess)
-    within = program.start(guess, design.law.command(
-        design.law.initial_state(guess), Measurement(speed, pitch, guess)))  # fmt: skip
-    assert design.speed_filter is not None
-    moved, filtered_speed = 0, FilteredSpeed(design.speed_filter, T, speed)
+    path.write_text(dump_gains(gain_file(turbine_design)), encoding="utf-8")
+    run, law = controller(path), PythonLaw(turbine_design, T)
+    speed, pitch, guess, moved = 1.2, 0.05, 13.0, 0
     for k in range(150):
-        filtered = filtered_speed(speed)
-        seen = watch.wind_estimate(estimator)
-        command, within = program.step(within, Measurement(filtered, pitch, seen))
+        command = law.sample(speed, pitch, guess)
         sent = run.sample(T, measured_speed=speed, pitch=pitch, wind_guess=guess)
-        rate = watch.state_rate(estimator, filtered, pitch, command.torque)
-        estimator = estimator + T * rate
 
-        assert sent["wind_estimate"] == pytest.approx(seen, rel=1e-9)
+        assert sent["wind_estimate"] == pytest.approx(law.estimate, rel=1e-9)
         assert sent["torque_sent"] == pytest.approx(command.torque, rel=1e-9)
         assert sent["pitch_sent"] == pytest.approx(command.pitch, rel=1e-9, abs=1e-9)
         moved += sent["pitch_sent"] != sent["pitch_reference"]

@@ -47,10 +47,7 @@ SECTIONS = (
 
 @pytest.fixture(scope="module")
 def files(turbine_design: TurbineDesign) -> dict[str, bytes | str]:
-    """The whole folder of the shared design: short responses, and margins at four winds.
-
-    That they are found between these winds is tested in ``test_margin_search``.
-    """
+    """The whole folder of the shared design: short responses, and margins at four winds."""
     with unsettled() as patch:
         patch.setattr(running_over_wind, "FINE", 11.0)
         patch.setattr(measuring, "DURATION", 60.0)
@@ -62,7 +59,6 @@ def files(turbine_design: TurbineDesign) -> dict[str, bytes | str]:
 
 @pytest.fixture(scope="module")
 def html(files: dict[str, bytes | str]) -> str:
-    """The page's text."""
     text = files["report.html"]
     assert isinstance(text, str)
     return text
@@ -70,7 +66,6 @@ def html(files: dict[str, bytes | str]) -> str:
 
 @pytest.fixture(scope="module")
 def page(html: str) -> HtmlPage:
-    """The page, parsed."""
     return HtmlPage(html)
 
 
@@ -94,7 +89,6 @@ def test_page_is_well_formed_and_self_contained(html: str) -> None:
 
 
 def test_sections_in_order_with_headings(page: HtmlPage) -> None:
-    """All sections stand in their order, the verdict first; one h1, and no level is skipped."""
     sections = [attributes["id"] for attributes in page.all("section")]
     levels = [int(tag[1]) for tag, _ in page.tags if re.fullmatch(r"h[1-6]", tag)]
 
@@ -104,7 +98,6 @@ def test_sections_in_order_with_headings(page: HtmlPage) -> None:
 
 
 def test_figures_in_page_and_folder(page: HtmlPage, files: dict[str, bytes | str]) -> None:
-    """Every figure is in the page, with a text in its place, and in a file of its own."""
     in_page = {str(a["id"]).removeprefix("figure-") for a in page.all("figure")}
     in_folder = {name for name in files if name.startswith("figures/")}
 
@@ -114,7 +107,6 @@ def test_figures_in_page_and_folder(page: HtmlPage, files: dict[str, bytes | str
 
 
 def test_page_can_be_read_on_a_phone_and_aloud(page: HtmlPage) -> None:
-    """Its width is named; each table but the typeset matrices has a caption."""
     tables = [a for a in page.all("table") if a.get("role") != "presentation"]
 
     assert any(a.get("name") == "viewport" for a in page.all("meta"))
@@ -125,7 +117,6 @@ def test_page_can_be_read_on_a_phone_and_aloud(page: HtmlPage) -> None:
 def test_folder_holds_the_certificate_as_it_is(
     turbine_design: TurbineDesign, files: dict[str, bytes | str]
 ) -> None:
-    """The folder's certificate is the design's document."""
     assert files["certificate.json"] == dumps(turbine_design.document)
     assert str(files["gains.json"]).startswith('{\n"format": "takagi-gains"')
 
@@ -146,7 +137,6 @@ def test_the_terminal_has_the_least_margin_of_the_loop_that_runs(
 def test_first_screen_has_the_weak_numbers_beside_the_proved_ones(
     files: dict[str, bytes | str], turbine_design: TurbineDesign
 ) -> None:
-    """The bound of the certificate, simulated overspeed and its excess, the least margin."""
     claim = turbine_design.document["claims"][0]
     speed = max(turbine_design.document["gains"]["rotor_speed"]) + claim["peaks"]["speed_error"]
     over = 100 * (speed / turbine_design.turbine.rated_rotor_speed - 1)
@@ -166,7 +156,6 @@ def test_first_screen_has_the_weak_numbers_beside_the_proved_ones(
 def test_runs_say_when_they_are_inside_the_proved_wind_class(
     files: dict[str, bytes | str], turbine_design: TurbineDesign
 ) -> None:
-    """At rest before the gust, and not at its peak."""
     run = measured_loop(turbine_design).drawn["gust"]
     assert files and run.law.line is not None
     wind = run.law.line.wind
@@ -183,7 +172,6 @@ def test_a_folder_keeps_margins_and_runs_as_data(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The same page without a search; a folder without them is read, one with other things not."""
     with unsettled():
         given = design_files(turbine_design, source=read_model("nrel5mw"))
         folder = write_folder(tmp_path / "out", given)
@@ -220,7 +208,6 @@ def test_each_claim_has_its_own_assumptions(
 def test_a_cell_that_is_not_proved_is_named(
     turbine_design: TurbineDesign, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """UNDECIDED is printed as such, with the wind of the cell; nothing is called proved."""
     design = undecided(turbine_design)
     unmeasured(monkeypatch)
     low, high = design.document["claims"][0]["cells"][2]["wind"]
@@ -236,7 +223,6 @@ def test_a_cell_that_is_not_proved_is_named(
 
 
 def test_a_list_cut_short_leaves_nothing_proved(turbine_design: TurbineDesign) -> None:
-    """Where the checker's list of failures is cut, no cell is taken as proved."""
     design = undecided(turbine_design)
     claim = replace(design.checked.claims[0], text="wind 3 to 4 m/s: x (+58 more)")
     found = claim_summary(replace(design, checked=checked_as([claim])))
@@ -246,7 +232,6 @@ def test_a_list_cut_short_leaves_nothing_proved(turbine_design: TurbineDesign) -
 
 
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:
-    """The shared design with the published law in place of its own."""
     return with_published_law(
         design,
         settings=DesignSettings(law="paper"),
@@ -297,7 +282,6 @@ def overlap_design(
 
 @pytest.mark.usefixtures("replayed")
 def test_a_paper_law_has_its_own_words(turbine_design: TurbineDesign) -> None:
-    """With a published law the page shows its equation and claims, not those of the other law."""
     design = with_paper_law(turbine_design)
 
     box, law = text_of(claims_section(design)), text_of(gains_section(design))
@@ -309,7 +293,6 @@ def test_a_paper_law_has_its_own_words(turbine_design: TurbineDesign) -> None:
 
 @pytest.mark.usefixtures("replayed")
 def test_only_winds_of_cells_that_hold_are_proved() -> None:
-    """Those of the cells that hold, with their bounds."""
     (own,) = overlap_claims(overlap_design())
 
     assert own.proved == ((3.0, 10.084124), (10.413799, 25.0))
@@ -321,7 +304,6 @@ def test_only_winds_of_cells_that_hold_are_proved() -> None:
 
 @pytest.mark.usefixtures("replayed")
 def test_a_claim_without_cells_that_hold_proves_no_wind(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every wind is left, without bounds, and the terminal quotes the checker."""
     monkeypatch.setattr(overlap_module, "proved_cells", lambda *_: NONE)
     design = overlap_design("proved at no wind for speed overlap 0.1 rad/s")
 
@@ -331,7 +313,6 @@ def test_a_claim_without_cells_that_hold_proves_no_wind(monkeypatch: pytest.Monk
 
 @pytest.mark.usefixtures("replayed")
 def test_overlaps_are_a_picture_a_table_and_folded_words() -> None:
-    """Of Schulte's law: one figure with the gap, then a row per claim."""
     section = verdict_section(overlap_design())
     screen, claims = (
         text_of(each).replace("\N{NO-BREAK SPACE}", " ")
@@ -349,7 +330,6 @@ def test_overlaps_are_a_picture_a_table_and_folded_words() -> None:
 
 @pytest.mark.usefixtures("replayed")
 def test_terminal_tells_the_overlaps() -> None:
-    """The law's overlaps, with the gap."""
     lines = as_text(overlap_design()).splitlines()
 
     assert lines[0].startswith("UNDECIDED  NREL 5-MW, Schulte's law")

@@ -75,7 +75,6 @@ def test_what_says_nothing_is_refused(written: str, words: str) -> None:
 
 
 def test_a_threshold_has_two_sides() -> None:
-    """What just has the margin passes; what just misses it fails with the wind and the number."""
     rows = [row(9.0, 2.5), row(11.0, 2.01), row(12.0, 3.0)]
     assert failed(rows, AskedMargins(gain=2.01)) == ()
     assert failed(rows, AskedMargins(gain=2.02)) == (
@@ -178,10 +177,7 @@ def test_the_default_law_has_margins_and_not_any(
     monkeypatch: pytest.MonkeyPatch,
     reduced: bool,
 ) -> None:
-    """The NREL 5-MW default, from the files of its design: PROVED, and status 1 above a margin.
-
-    Each loop is measured once, for both thresholds; reduced, every 4 m/s.
-    """
+    """The NREL 5-MW default: PROVED, status 1 above a margin; every 4 m/s where reduced."""
     from takagi.certificates.document.certificate_file import dumps
     from takagi.reports.gains_file.envelope import dump_gains, gain_file
 

@@ -37,7 +37,6 @@ def failing(code: int, *, after: int = 0) -> Callable[..., Any]:
 
 
 def tree(folder: Path) -> dict[str, bytes]:
-    """Every file under a folder, hidden ones too."""
     return {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in folder.rglob("*")
@@ -53,7 +52,6 @@ def test_a_folder_is_written_with_its_subfolders(tmp_path: Path) -> None:
 
 
 def test_existing_outputs_are_replaced_and_other_files_stay(tmp_path: Path) -> None:
-    """A second design into the same folder replaces its files and touches no others."""
     write_folder(tmp_path, {"gains.json": "old", "notes.txt": "mine"})
 
     write_folder(tmp_path, {"gains.json": "new"})
@@ -62,7 +60,6 @@ def test_existing_outputs_are_replaced_and_other_files_stay(tmp_path: Path) -> N
 
 
 def test_a_full_disk_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The second file does not fit: the first is not replaced either, and nothing is left over."""
     write_folder(tmp_path / "out", {"gains.json": "old"})
     monkeypatch.setattr(os, "fsync", failing(errno.ENOSPC, after=1))
 
@@ -95,7 +92,6 @@ def test_a_failed_first_run_leaves_the_place_as_it_was(
     fault: Any,
     error: type[BaseException],
 ) -> None:
-    """Folders made in vain are removed; the message says which folder and what to do."""
     monkeypatch.setattr(module, name, fault)
 
     with pytest.raises(error) as caught:
@@ -109,7 +105,6 @@ def test_a_failed_first_run_leaves_the_place_as_it_was(
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write everywhere")
 def test_a_read_only_parent_is_named(tmp_path: Path) -> None:
-    """A folder that cannot be made: permission denied, with its path."""
     tmp_path.chmod(0o555)
 
     with pytest.raises(OutputError, match=r"out: permission denied"):
@@ -118,7 +113,6 @@ def test_a_read_only_parent_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("path", ["file", "file/below"])
 def test_a_file_in_the_way_of_a_folder_stays(tmp_path: Path, path: str) -> None:
-    """A file where the folder should be is an error, never overwritten."""
     (tmp_path / "file").write_text("mine")
 
     with pytest.raises(OutputError, match="choose another name|a folder was expected"):
@@ -128,7 +122,6 @@ def test_a_file_in_the_way_of_a_folder_stays(tmp_path: Path, path: str) -> None:
 
 
 def test_a_folder_in_the_way_of_a_file_stops_all(tmp_path: Path) -> None:
-    """Found before anything is renamed."""
     (tmp_path / "b").mkdir()
 
     with pytest.raises(OutputError, match="this is a folder, and a file was expected"):
@@ -139,7 +132,6 @@ def test_a_folder_in_the_way_of_a_file_stops_all(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["../a", "/a", "", "b/../../a"])
 def test_a_name_outside_the_folder_is_refused(tmp_path: Path, name: str) -> None:
-    """Names come from code, so this is a fault of the caller, not of the disk."""
     with pytest.raises(ValueError, match="relative to the folder"):
         write_folder(tmp_path / "out", {name: "x"})
 
@@ -147,7 +139,6 @@ def test_a_name_outside_the_folder_is_refused(tmp_path: Path, name: str) -> None
 
 
 def test_a_link_is_followed_and_stays_a_link(tmp_path: Path) -> None:
-    """The user linked the file to where it must be."""
     (tmp_path / "target").write_text("old")
     (tmp_path / "link").symlink_to("target")
 
@@ -181,7 +172,6 @@ def mixed() -> Checked:
 
 
 def test_junit_fails_what_is_not_proved() -> None:
-    """Three cases, two failures, typed by the verdict; the text survives XML."""
     suite = ElementTree.fromstring(junit(mixed(), source="out/certificate.json"))[0]
 
     cases = suite.findall("testcase")
@@ -195,7 +185,6 @@ def test_junit_fails_what_is_not_proved() -> None:
 
 
 def test_sarif_has_one_result_for_what_is_not_proved() -> None:
-    """PROVED is a rule without a result, DISPROVED an error, UNDECIDED a warning."""
     run = json.loads(sarif(mixed(), source="my out/certificate.json"))["runs"][0]
 
     results = run["results"]
@@ -225,7 +214,6 @@ def test_sarif_marks_the_plant_and_names_kinds(tmp_path: Path) -> None:
 
 
 def test_markdown_is_a_table_of_the_claims() -> None:
-    """A bar in the text must not open a new cell."""
     lines = markdown(mixed(), source="certificate.json").splitlines()
 
     assert lines[0] == "## certificate.json: DISPROVED"
@@ -234,7 +222,6 @@ def test_markdown_is_a_table_of_the_claims() -> None:
 
 
 def test_numbers_of_a_claim_stand_beside_it() -> None:
-    """As properties of its test case, and in a column; other claims have none."""
     checked = mixed()
     rate = Figure("decay rate", "1/s", Fraction("3.389"))
     first, *others = checked.claims
@@ -256,7 +243,6 @@ def test_a_refused_file_is_a_failure_in_each_format() -> None:
 
 
 def test_claims_of_one_name_are_told_apart() -> None:
-    """Two sets in one certificate have one name: readers would show the last one alone."""
     claims = [Claim("set", verdict, "") for verdict in (Verdict.PROVED, Verdict.UNDECIDED)]
     checked = concluded([*claims, Claim("set (2)", Verdict.PROVED, "")], [])
 

@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.plant.design import certify_plant, design_plant
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.models import Interval, ModelError, Parameter, Plant, Variable, load_model, sector_model
+from takagi.models import Interval, ModelError, Parameter, Plant, Variable, sector_model
 from takagi.models.plant_simulation.signals import Noise, Step
 from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.figures.plant.proved_set import ellipse, planes
@@ -39,7 +39,6 @@ PENDULUM, DISCRETE, ANALYSIS = "cart_pole_2rules", "truck_trailer", "dayawansa_m
 
 @pytest.mark.slow
 def test_the_ellipsoid_is_the_largest_in_the_box() -> None:
-    """Its border touches a side of the box, and lies on the level: by points, not by formula."""
     loop = plant_loop(design_of("cart_pole"))
     P, level = loop.ellipsoid
     border = ellipse(P, level, (0, 1), points=20001)
@@ -78,7 +77,6 @@ def test_the_largest_command_is_that_of_the_worst_rule_and_state() -> None:
 
 
 def test_a_claim_that_is_not_proved_gives_no_ellipsoid() -> None:
-    """P of an undecided claim is nobody's function."""
     design = design_of(PENDULUM)
     checked = design.certificate.checked
     from takagi.certificates import Claim, Verdict
@@ -91,7 +89,6 @@ def test_a_claim_that_is_not_proved_gives_no_ellipsoid() -> None:
 
 
 def test_gains_of_another_model_are_refused() -> None:
-    """Named with both shapes."""
     with pytest.raises(ModelError, match=r"2 rules, 1 inputs and 2 states need"):
         plant_loop(replace(design_of(PENDULUM), gains=np.zeros((16, 1, 2))))
 
@@ -100,7 +97,6 @@ def test_gains_of_another_model_are_refused() -> None:
     "name", ["duffing", pytest.param("tora", marks=pytest.mark.slow), "lorenz"]
 )
 def test_the_loop_at_rest_is_the_derivative_of_the_plant(name: str) -> None:
-    """A - B K against central differences of the plant's own equations under the law."""
     loop = plant_loop(design_of(name))
     rate = plant_rate(loop.plant)
     matrices, K = loop.at_rest()
@@ -122,7 +118,6 @@ def test_an_open_loop_on_the_axis_has_margins() -> None:
 
 
 def test_gains_have_the_unit_of_input_per_state() -> None:
-    """force [N] by rate [rad/s]: N s/rad."""
     assert gain_columns(plant_loop(design_of(PENDULUM)))[-2:] == (
         ("force by angle", "N/rad"),
         ("force by rate", "N s/rad"),
@@ -144,7 +139,6 @@ def test_the_gain_is_the_closed_form_for_two_integrators() -> None:
 
 
 def test_its_set_is_inside_the_box_and_keeps_the_input() -> None:
-    """From each state alone the regulator's first command is within the range."""
     found = regulator(spring())
     assert found is not None and found.sought and found.starts is not None
     assert np.all(found.starts <= [1.0, 2.0])
@@ -180,7 +174,6 @@ def test_a_plant_that_no_input_stabilises_has_no_regulator() -> None:
 
 
 def test_the_report_says_where_the_law_is_worse_than_the_regulator() -> None:
-    """Linear at rest, by the loops' margins and times; the regulator's own gains are not shown."""
     design = spring()
     loop, beside = plant_loop(design), regulator(design)
     assert beside is not None
@@ -193,7 +186,6 @@ def test_the_report_says_where_the_law_is_worse_than_the_regulator() -> None:
 
 
 def test_safe_starts_of_both_laws_stand_side_by_side() -> None:
-    """Rounded down, as bounds are."""
     design = spring()
     beside, safe = regulator(design), set_section(design, plant_loop(design))
     assert beside is not None and beside.starts is not None and safe is not None
@@ -265,7 +257,6 @@ def test_motions_decay_as_fast_as_was_proved(name: str) -> None:
 
 
 def test_starts_lie_inside_and_are_where_a_state_is_largest() -> None:
-    """V just below the level; no other start has more of that state; twelve around for two."""
     loop = plant_loop(design_of(PENDULUM))
     P, level = loop.ellipsoid
     found = starts(loop)
@@ -278,7 +269,6 @@ def test_starts_lie_inside_and_are_where_a_state_is_largest() -> None:
 
 
 def test_a_wrong_sign_is_seen() -> None:
-    """With the gains' sign flipped V rises, motions are lost, and the section says so."""
     design = design_of(PENDULUM)
     right = plant_loop(design)
     assert design.gains is not None
@@ -303,19 +293,6 @@ def test_settling_is_read_off_a_known_exponential() -> None:
 
     assert settling_time(falling) == pytest.approx(np.log(100), abs=2e-3)
     assert np.isnan(settling_time(staying))
-
-
-def test_the_rate_is_the_plants_own() -> None:
-    """TORA's mass matrix is solved, against its equations solved by hand."""
-    plant = load_model("tora")
-    assert isinstance(plant, Plant)
-    x, v, q, w, u, e = 0.3, -0.2, 0.7, 0.5, 0.4, 0.1
-    M = np.array([[1, e * np.cos(q)], [e * np.cos(q), 1]])
-    v_dot, w_dot = np.linalg.solve(M, [-x + e * w**2 * np.sin(q), u])
-
-    assert plant_rate(plant)(np.array([x, v, q, w]), np.array([u])) == pytest.approx(
-        [v, v_dot, w, w_dot]
-    )
 
 
 FILE = """
@@ -345,7 +322,6 @@ def pendulum() -> PlantDesign:
 
 
 def integrated(start: tuple[float, float], load: float, end: float) -> Any:
-    """Return times and (x, v, estimate) from scipy alone, the load a step at 0.5 s."""
     law = pendulum().output_law
     assert law is not None
 
@@ -360,7 +336,6 @@ def integrated(start: tuple[float, float], load: float, end: float) -> Any:
 
 
 def test_a_disturbance_moves_plant_and_estimate() -> None:
-    """The motion ends where an integration of its own does, with an offset by the load."""
     scenario = PlantScenario(disturbances=(("load", Step(1.0, 0.5)),))
     found = simulate_plant(
         pendulum(), starts=[{"x": 0.05, "v": 0.0}], duration=3.0, scenario=scenario
@@ -374,7 +349,6 @@ def test_a_disturbance_moves_plant_and_estimate() -> None:
 
 
 def test_the_program_in_samples_comes_near_the_continuous_law() -> None:
-    """One step of Euler's method a sample: the distance falls like the sample time."""
     start = {"x": 0.05, "v": 0.0}
     smooth = simulate_plant(pendulum(), starts=[start], duration=1.0).motions[0]
     off = []

@@ -46,13 +46,11 @@ FIGURES = {"memberships", "bode", "responses", "phase"}
 
 @cache
 def report_of(name: str) -> ReportFiles:
-    """The report of a built-in plant, made once."""
     with unsettled():
         return plant_report_files(design_of(name))
 
 
 def doubted(design: PlantDesign) -> PlantDesign:
-    """The same, if the checker had not been able to prove anything."""
     claims = [Claim(c.name, Verdict.UNDECIDED, "a reason") for c in design.checked.claims]
     certificate = replace(design.certificate, checked=concluded(claims, ["a message"]))
     return replace(design, certificate=certificate)
@@ -69,14 +67,12 @@ def test_the_page_is_well_formed_and_self_contained(name: str) -> None:
 
 
 def test_sections_stand_in_their_order_with_the_verdict_first() -> None:
-    """An analysis has no law, and therefore no gains and no margins."""
     for name, left_out in ((SMALL, set()), (ANALYSIS, {"gains", "loops", "set"})):
         found = [str(a["id"]) for tag, a in HtmlPage(report_of(name).html).tags if tag == "section"]
         assert found == [name for name in SECTIONS if name not in left_out]
 
 
 def test_the_first_screen_has_sentence_picture_and_six_tiles() -> None:
-    """An amber tile where less than the file states is proved: here of the disturbance."""
     html = report_of(SMALL).html
     first = html[html.index('<section id="verdict"') : html.index("</section>")]
     (row,) = (row for row in summary_rows(design_of(SMALL)) if row.name == "disturbance")
@@ -113,7 +109,6 @@ def test_a_law_in_samples_has_the_safe_starts_of_its_own_set() -> None:
 
 
 def test_formulas_of_the_derivation_are_on_the_page() -> None:
-    """One formula per step, per equation and output, and the law's."""
     design = design_of(SMALL)
     assert design.model.derivation is not None
     count = sum(tag == "math" for tag, _ in HtmlPage(report_of(SMALL).html).tags)
@@ -123,7 +118,6 @@ def test_formulas_of_the_derivation_are_on_the_page() -> None:
 
 
 def test_gains_and_premises_are_printed_as_emitted() -> None:
-    """Read back from the page's cells."""
     design = design_of(SMALL)
     assert design.gains is not None
     cells = HtmlPage(report_of(SMALL).html).cells
@@ -142,7 +136,6 @@ def test_gains_and_premises_are_printed_as_emitted() -> None:
     [ANALYSIS, *(pytest.param(n, marks=pytest.mark.slow) for n in (SMALL, DISCRETE, PENDULUM))],
 )
 def test_only_what_is_proved_is_called_so(name: str) -> None:
-    """Without a proof the word is not on the page as a badge, and no ellipsoid is drawn."""
     proved, open_ = design_of(name), doubted(design_of(name))
     with unsettled():
         before, after = report_of(name).html, plant_report_files(open_).html
@@ -156,7 +149,6 @@ def test_only_what_is_proved_is_called_so(name: str) -> None:
 
 @pytest.mark.slow
 def test_the_words_about_the_plant_itself_need_the_embedding() -> None:
-    """With the first claim proved the page speaks of the plant, without it of its model."""
     design = design_of(SMALL)
     claims = list(design.checked.claims)
     assert "sector-embedding" in proved_kinds(design)
@@ -169,7 +161,6 @@ def test_the_words_about_the_plant_itself_need_the_embedding() -> None:
 
 @pytest.mark.slow
 def test_a_scheduling_signal_is_no_disturbance() -> None:
-    """Its kind in the table, and what the proof says of it."""
     page = report_of(ANALYSIS).html
     cells = HtmlPage(page).cells
 
@@ -193,7 +184,6 @@ def test_a_plant_that_is_disproved_gets_its_report() -> None:
 
 @pytest.mark.slow
 def test_words_from_a_file_cannot_become_markup() -> None:
-    """Name, description, source, units and sources of a plant are escaped everywhere."""
     design = design_of(ANALYSIS)
     old = design.plant
     parameters = tuple(replace(p, source=HOSTILE) for p in old.parameters)
@@ -209,7 +199,6 @@ def test_words_from_a_file_cannot_become_markup() -> None:
 
 @pytest.mark.parametrize("name", [SMALL, ANALYSIS, pytest.param(DISCRETE, marks=pytest.mark.slow)])
 def test_figures_are_drawings_with_words_for_who_cannot_see_them(name: str) -> None:
-    """Each SVG is well-formed, says what it shows, and stands in the page too."""
     files = report_of(name)
     found = {file for file in files.figures if file.endswith(".svg")}
     expected = FIGURES - ({"bode"} if name == ANALYSIS else set())
@@ -224,7 +213,6 @@ def test_figures_are_drawings_with_words_for_who_cannot_see_them(name: str) -> N
 
 
 def test_the_data_beside_the_figures_are_what_they_show() -> None:
-    """Weights sum to one and give the premise back; motions begin inside the ellipsoid."""
     files = report_of(SMALL).figures
     heads, *rows = csv.reader(io.StringIO(files["memberships-z1.csv"].decode()))
     x, value, w0, w1 = np.array(rows, dtype=float).T
@@ -244,7 +232,6 @@ def test_the_data_beside_the_figures_are_what_they_show() -> None:
 
 @pytest.mark.slow
 def test_the_same_design_gives_the_same_bytes() -> None:
-    """Reports can be compared."""
     with unsettled():
         again = plant_report_files(design_of(DISCRETE))
 
@@ -253,7 +240,6 @@ def test_the_same_design_gives_the_same_bytes() -> None:
 
 
 def test_motions_after_the_proved_jumps_arrive_within_all_ranges() -> None:
-    """The servo's angle ends at the new reference; states and voltage keep the file's ranges."""
     runs = jump_motions(servo(), plant_loop(servo()))
     targets = [jump["target"] for jump in proved_jumps(servo())]
 
@@ -267,7 +253,6 @@ def test_motions_after_the_proved_jumps_arrive_within_all_ranges() -> None:
 
 
 def test_the_summary_says_what_follows_what() -> None:
-    """In a row of its own, as a share of the range; no reference among the disturbances."""
     rows = {row.name: row for row in summary_rows(servo())}
     steps = max(abs(jump["target"]) for jump in proved_jumps(servo()))
 
@@ -302,7 +287,6 @@ def test_the_text_stays_on_the_safe_side(value: float, digits: int) -> None:
 
 @given(st.floats(1e-3, 1e3), st.integers(1, 4))
 def test_the_page_rounds_by_the_same(value: float, digits: int) -> None:
-    """Also where a number of floats lies a hair above a decimal."""
     exact = Fraction(repr(value))
 
     assert Fraction(text.lower_bound(value, digits)) <= exact

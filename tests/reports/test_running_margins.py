@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
 from takagi.certificates.design.turbine.effort_sharing_gains import (
@@ -21,7 +20,7 @@ from takagi.certificates.design.turbine.effort_sharing_gains import (
 )
 from takagi.certificates.design.turbine.result import speed_filter
 from takagi.certificates.design.turbine.scale import default_settings
-from takagi.models import ModelError, WindObserver
+from takagi.models import Floats, ModelError, WindObserver
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Command, Measurement, SampledLaw
 from takagi.models.simulation import closed_loop, turbine_plant
@@ -48,9 +47,6 @@ from takagi.reports.margins.running_over_wind import (
     winds_between,
 )
 
-Floats = NDArray[np.float64]
-
-
 LAW = Path(__file__).parents[1] / "models" / "openfast" / "swinging_law.json"
 
 
@@ -75,7 +71,6 @@ def plant(speed_filter: float | None = 8.0) -> SimulatedTurbine:
 
 
 def measured(machine: SimulatedTurbine) -> int:
-    """The place of the measured speed."""
     place = machine.index("filtered")
     assert place is not None
     return place
@@ -103,10 +98,7 @@ def test_a_stop_has_the_slope_of_the_side_that_is_allowed() -> None:
 
 
 def simulated_step(program: SampledLaw, wind: float, rest: LoopEquilibrium) -> Any:
-    """Return the multipliers of one sample of ``simulate``, differenced as a whole.
-
-    With its own program step, rate limits and Runge-Kutta steps; commands before included.
-    """
+    """One sample of ``simulate`` differenced as a whole, with its own steps and limits."""
     machine, observer = plant(), swinging()[1]
     n, k, inner = len(rest.plant), len(rest.law), 2
     late = round(inner * program.computation_time / program.sample_time)
@@ -145,7 +137,6 @@ def simulated_step(program: SampledLaw, wind: float, rest: LoopEquilibrium) -> A
 
 
 def slow(multipliers: Any) -> Any:
-    """Return the multipliers that are left after some samples, in a fixed order."""
     return np.sort_complex(multipliers[np.abs(multipliers) > 0.3])
 
 
@@ -195,7 +186,6 @@ def test_the_gain_margin_is_where_the_loop_begins_to_grow(
 def row_at(
     wind: float, wind_filter: float = 5.0, *, speed_filter: float | None = 8.0
 ) -> RunningMargins:
-    """Return the margins of the machine as its file says."""
     law, observer = law_with(wind_filter), swinging()[1]
     loops = RunningLoops.of(nrel5mw(), law, observer, speed_filter=speed_filter)
     (row,) = running_margins(loops, [wind], plants=[(1.0, "dynamic")])
@@ -241,7 +231,6 @@ def test_wakes_and_inertia_change_what_they_should() -> None:
 
 
 def test_all_winds_are_searched_and_all_plants_where_it_counts() -> None:
-    """Between whole winds the least disk margin of the pitch loop is found, near rated wind."""
     turbine = replace(nrel5mw(), cut_in=11.0, cut_out=13.0)
     loops = RunningLoops.of(turbine, law_with(5.0), swinging()[1], speed_filter=8.0)
     found = searched_margins(loops)
@@ -322,11 +311,7 @@ def least(rows: Iterable[RunningMargins]) -> list[float]:
 
 @pytest.mark.slow
 def test_a_margin_that_is_least_where_pitch_begins_to_act_is_found() -> None:
-    """The default law of the IEA 15-MW turbine: 29.3 deg at 10.8 m/s, between whole winds.
-
-    There the machine as its file says has 58 deg, more than at 12 m/s, where all plants have 36:
-    who follows the nominal machine alone finds 34 deg.
-    """
+    """IEA 15-MW: 29.3 deg at 10.8 m/s, between whole winds, where the nominal has 58 deg."""
     turbine = load_turbine("iea15mw")
     settings = default_settings(turbine)
     law = wind_by_wind_law(turbine, settings)[1]
@@ -342,10 +327,7 @@ def test_a_margin_that_is_least_where_pitch_begins_to_act_is_found() -> None:
 
 @pytest.mark.slow
 def test_no_plant_has_a_smaller_margin_between_the_winds_that_are_searched() -> None:
-    """All seven plants at every 0.2 m/s: the search, which looks at fewer, has their least margins.
-
-    The least phase is that of a light rotor with a frozen wake, between whole winds.
-    """
+    """All seven plants at every 0.2 m/s: the search, which looks at fewer, has their least."""
     cut = (10.4, 12.4)
     turbine = replace(nrel5mw(), cut_in=cut[0], cut_out=cut[1])
     stated = json.loads(LAW.read_text(encoding="utf-8"))["observer"]

@@ -55,13 +55,12 @@ def fewer_cures(
 
 
 def with_tower(frequency: float) -> Turbine:
-    """The 5-MW turbine with another tower mode [rad/s]; its own has 2.04."""
     return replace(TURBINE, tower_stiffness=frequency**2 * TURBINE.tower_mass)
 
 
 def unstable_loop(turbine: Turbine, settings: DesignSettings) -> UnstableLoop | None:
     def silent(step: str) -> None:
-        """Show no progress."""
+        return
 
     loops = running_stability.loops_of(turbine, settings, silent)
     return running_stability.unstable_loop(loops, settings, silent)
@@ -98,7 +97,6 @@ def test_a_tower_mode_at_the_crossover_of_pitch_is_refused(reduced: bool) -> Non
 
 
 def test_gains_do_not_depend_on_the_wind_filter() -> None:
-    """So a slower filter is tried with the gains that are there."""
     settings = default_settings(TURBINE)
     slower = replace(settings, wind_filter=30.0)
 
@@ -108,10 +106,7 @@ def test_gains_do_not_depend_on_the_wind_filter() -> None:
 
 
 def test_a_loop_that_a_covered_plant_makes_unstable_is_refused() -> None:
-    """At 0.7 rad/s the loop of the file is stable; with less inertia and a frozen wake it is not.
-
-    By ``running_margins``, which finds the poles of each plant for itself.
-    """
+    """At 0.7 rad/s the file's loop is stable; with less inertia and a frozen wake it is not."""
     soft = with_tower(0.7)
     settings = default_settings(soft)
 
@@ -195,8 +190,6 @@ def test_a_loop_that_grows_between_the_winds_looked_at_is_refused() -> None:
 def test_a_loop_without_an_equilibrium_is_not_called_stable(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """There is nothing to linearise at, at any wind."""
-
     def no_rest(*_: object, **__: object) -> None:
         raise NoEquilibrium("no rest")
 
@@ -228,7 +221,6 @@ def test_a_law_for_a_lidar_is_noted() -> None:
 
 
 def test_the_filter_is_no_excuse_for_a_soft_tower() -> None:
-    """With the default filter this loop is unstable too."""
     soft = with_tower(0.48)
 
     with pytest.raises(ModelError, match="is unstable"):

@@ -74,6 +74,5 @@ def test_a_year_by_hand() -> None:
 
 @pytest.mark.parametrize("text", ["8.5", "8.5:x", "0:2", "8.5:-1", "nan:2"])
 def test_a_wind_that_is_none(text: str) -> None:
-    """It says what is needed."""
     with pytest.raises(ModelError, match=r"8\.5:2"):
         Weibull.read(text)

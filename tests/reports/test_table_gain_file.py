@@ -71,7 +71,6 @@ def design(table: str) -> PlantDesign:
 
 @pytest.mark.parametrize("table", [ODD, HELD], ids=["odd", "held"])
 def test_the_plant_is_its_model_and_the_loop_is_proved(table: str) -> None:
-    """A bound that the spline attains at the end of its table is proved too."""
     found = {c.name: c.verdict.name for c in design(table).checked.claims}
 
     assert found["pendulum with friction is its Takagi-Sugeno model"] == "PROVED"
@@ -115,7 +114,6 @@ def test_programs_call_tables_by_the_language(tmp_path: Path) -> None:
 
 
 def test_a_gain_file_from_before_is_the_certificates_too(tmp_path: Path) -> None:
-    """Its program calls friction(omega); another formula there is refused as ever."""
     document = dict(design(ODD).document)
     path = written(document, tmp_path)
     data = read_json(tmp_path / "certificate.json")

@@ -19,7 +19,6 @@ PAPERS = {
 
 
 def compiled(folder: Path, files: dict[str, bytes | str], paper: str = "alone") -> str:
-    """The log of the last of three runs; the first error of any run fails the test."""
     if PAPERS[paper]:
         start = r"\appendices" if "IEEE" in paper else r"\appendix"
         files = files | {

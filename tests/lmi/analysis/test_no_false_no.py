@@ -1,8 +1,4 @@
-"""A no is never said of vertices that have a P: known ones, in units and states that hide it.
-
-Each family has a P that is checked here in exact arithmetic, or a contradiction that no change of
-states removes.
-"""
+"""A no is never said of vertices that have a P, known exactly, in units and states that hide it."""
 
 from __future__ import annotations
 
@@ -26,12 +22,10 @@ from takagi.lmi import (
 from takagi.lmi.argument_checks import decays_exactly, slow_vertex
 from takagi.lmi.condition.evaluate import fractions
 from takagi.lmi.refutation.exact_algebra import is_definite
-from takagi.models import TSModel
+from takagi.models import Floats, TSModel
 from tests.lmi.known_models import planar_pair, three_rules
 
 pytestmark = pytest.mark.numeric
-
-Floats = NDArray[np.float64]
 
 
 def falls_exactly(A: Floats, P: NDArray[np.object_]) -> bool:
@@ -41,10 +35,7 @@ def falls_exactly(A: Floats, P: NDArray[np.object_]) -> bool:
 
 
 def mixed(states: int, seed: int, gain: int) -> tuple[Floats, NDArray[np.object_]]:
-    """Return integer vertices of a high gain with a P, in integer states that hide both.
-
-    A_i = T (S_i - Q_i) T^-1, S_i skew, Q_i > 0 with eigenvalues from 1 to the gain; T unimodular.
-    """
+    """A_i = T (S_i - Q_i) T^-1, S_i skew, Q_i > 0 with eigenvalues from 1 to the gain; integers."""
     random = np.random.default_rng(seed)
     up, down = np.eye(states, dtype=object) * 1, np.eye(states, dtype=object) * 1
     for k in range(states - 1):
@@ -97,10 +88,8 @@ def test_no_other_analysis_excludes_it() -> None:
 powers = st.lists(st.floats(-5.0, 5.0), min_size=2, max_size=2)
 
 
-@settings(max_examples=25, deadline=None)
 @given(powers, st.integers(-20, 20), st.booleans())
 def test_units_and_states_turn_no_answer(exponents: list[float], shear: int, inside: bool) -> None:
-    """From both sides of the limit, one per cent of it away."""
     a = (3 + np.sqrt(8)) * (0.99 if inside else 1.01)
     T = np.diag(10.0 ** np.array(exponents)) @ np.array([[1.0, shear], [0.0, 1.0]])
     A = T @ planar_pair(a) @ np.linalg.inv(T)
@@ -108,7 +97,7 @@ def test_units_and_states_turn_no_answer(exponents: list[float], shear: int, ins
     assert common_lyapunov(A).status == ("candidate" if inside else "infeasible")
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(powers, st.booleans())
 def test_units_turn_no_answer_in_discrete_time(exponents: list[float], inside: bool) -> None:
     """|x+|^2 <= 0.98 |x|^2 by two rotations of 0.99; and a pair whose product grows."""
@@ -122,7 +111,7 @@ def test_units_turn_no_answer_in_discrete_time(exponents: list[float], inside: b
     assert answer.status == ("candidate" if inside else "infeasible")
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(powers, st.booleans())
 def test_units_turn_no_gains(exponents: list[float], inside: bool) -> None:
     """Kim and Lee (2000), a = 2: by all pairs up to b = -2.1432, from both sides."""

@@ -7,14 +7,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.lmi import common_lyapunov, explain, hinf_norm, max_decay_rate, pdc
 from takagi.lmi.decision.outcome import Share, binding_items, binding_shares, shares_in_words
 from takagi.lmi.explaining.explanation import on_smaller_box, with_narrower_premise
-from takagi.models import ModelError, Premise, TSModel
-
-Floats = NDArray[np.float64]
+from takagi.models import Floats, ModelError, Premise, TSModel
+from tests.lmi.known_models import three_rules
 
 
 def have_common_p(A1: Floats, A2: Floats) -> bool:
@@ -25,13 +23,6 @@ def have_common_p(A1: Floats, A2: Floats) -> bool:
 
 def lpj12(low: float = 0.0, high: float = 20.0) -> Floats:
     return np.array([[[-2.0, 4.0], [-1.0 - change, -2.0]] for change in (low, high)])
-
-
-def kim_lee_problem() -> TSModel:
-    return TSModel(
-        [[[1.59, -7.29], [0.01, 0.0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0.0, 0.05]]],
-        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0], [-1.0]]],
-    )
 
 
 def lost_authority() -> TSModel:
@@ -60,7 +51,6 @@ def test_a_common_p_and_the_largest_box_that_has_one() -> None:
 
 
 def test_shares_say_once_of_what_they_are() -> None:
-    """In the diagnosis and in the explanation; none where there are no multipliers."""
     shares = [Share("rule 1", "pair", 0.564), Share("rules 1 and 2", "pair", 0.19)]
     answer = common_lyapunov(lpj12())
     assert answer.condition is not None
@@ -85,7 +75,6 @@ def test_the_rate_of_a_common_p_is_the_largest_one() -> None:
 
 
 def test_a_lower_rate_is_named_where_it_is_enough() -> None:
-    """x' = -x decays with 1 / s, not with 2."""
     told = explain(common_lyapunov([[-1.0]], decay_rate=2.0), [[-1.0]])
 
     assert told.decay_rate is not None
@@ -95,10 +84,7 @@ def test_a_lower_rate_is_named_where_it_is_enough() -> None:
 
 
 def test_the_premise_that_takes_the_authority_away() -> None:
-    """Gains exist for a in 1/4 +- 3/4 theta without 0: theta < 1/3.  The other premise is harmless.
-
-    At a = 0 nothing moves x, whatever the relaxation.
-    """
+    """Gains exist for a in 1/4 +- 3/4 theta without 0, where nothing moves x: theta < 1/3."""
     model = lost_authority()
     told = explain(pdc(model), model)
 
@@ -128,7 +114,7 @@ def test_a_blend_whose_mode_decays_by_itself_is_not_in_the_way() -> None:
 
 def test_the_cheapest_relaxation_that_helps_ends_the_search() -> None:
     """Kim and Lee (2000): gains by theirs, not by all pairs, Tuan's, or a slack."""
-    told = explain(pdc(kim_lee_problem()), kim_lee_problem())
+    told = explain(pdc(three_rules(0.0)), three_rules(0.0))
 
     assert dict(told.relaxations) == {"tuan": False, "tanaka-wang": False, "kim-lee": True}
     assert told.stuck is None
@@ -137,7 +123,6 @@ def test_the_cheapest_relaxation_that_helps_ends_the_search() -> None:
 
 @pytest.mark.slow
 def test_the_options_are_those_that_were_given_before() -> None:
-    """An input limit that is too tight for the initial box: without it there is nothing to say."""
     model = TSModel([[[0.0, 1.0], [1.0, 0.0]]], [[[0.0], [1.0]]])
     design = pdc(model, input_limit=[0.5], initial_box=[1.0, 1.0])
 
@@ -155,8 +140,7 @@ def test_discrete_time() -> None:
 
 
 def test_a_model_need_not_be_one_of_ours() -> None:
-    """Arrays in any object."""
-    plain = SimpleNamespace(A=kim_lee_problem().A, B=kim_lee_problem().B)
+    plain = SimpleNamespace(A=three_rules(0.0).A, B=three_rules(0.0).B)
     told = explain(pdc(plain), plain)
 
     assert told.box is not None and 0.9 < told.box < 1.0
@@ -164,16 +148,14 @@ def test_a_model_need_not_be_one_of_ours() -> None:
 
 
 def test_an_answer_to_another_question_is_refused() -> None:
-    """The message says what can be explained; misuse of what is asked again is not swallowed."""
     norm = hinf_norm(-np.eye(2), np.ones((2, 1)), np.ones((1, 2)))
     with pytest.raises(ModelError, match="explain knows the answers of pdc and of common_lyapunov"):
         explain(norm, -np.eye(2))
     with pytest.raises(ModelError, match="input_limit has shape"):
-        explain(pdc(kim_lee_problem()), kim_lee_problem(), input_limit=[1.0, 2.0])
+        explain(pdc(three_rules(0.0)), three_rules(0.0), input_limit=[1.0, 2.0])
 
 
 def test_items_without_a_share_are_not_named() -> None:
-    """A third vertex, well damped, could be left out."""
     A = np.concatenate([lpj12(), [[[-50.0, 0.0], [0.0, -50.0]]]])
     answer = common_lyapunov(A)
     assert answer.condition is not None
@@ -198,7 +180,6 @@ def two_premises(rules: list[tuple[int, int]] | None = None) -> TSModel:
 def test_the_smaller_model_is_the_same_plant_where_both_hold(
     rules: list[tuple[int, int]] | None,
 ) -> None:
-    """The blends agree at every point of the smaller box; names and sample time are kept."""
     model = two_premises(rules)
     smaller = on_smaller_box(model, Fraction(1, 4))
 
@@ -213,7 +194,6 @@ def test_the_smaller_model_is_the_same_plant_where_both_hold(
 
 
 def test_a_premise_without_a_range_costs_no_rule() -> None:
-    """Half of the rules are left, with the other premise as it was."""
     smaller = with_narrower_premise(two_premises(), 1, Fraction(0))
 
     assert smaller.rules == ((0, 0), (1, 0))
@@ -223,7 +203,6 @@ def test_a_premise_without_a_range_costs_no_rule() -> None:
 
 
 def test_without_premises_the_vertices_move_to_their_mean() -> None:
-    """A model, an object with arrays, and an array."""
     A, B = np.array([[[0.0]], [[4.0]]]), np.ones((2, 1, 1))
     half = Fraction(1, 2)
 

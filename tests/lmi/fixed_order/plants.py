@@ -34,7 +34,6 @@ def _document() -> dict[str, Any]:
 
 
 def names() -> list[str]:
-    """Return the plants in the table's order."""
     return list(_document()["hifoo"])
 
 
@@ -45,7 +44,6 @@ def hifoo(name: str) -> tuple[float | None, float | None]:
 
 
 def best_of_hifoo(name: str) -> float:
-    """Return the smaller of HIFOO's two norms."""
     return min(value for value in hifoo(name) if value is not None)
 
 

@@ -16,7 +16,6 @@ from takagi.lmi import (
     Term,
     Unknown,
     block,
-    common_lyapunov_condition,
     decide,
     exact_matrices,
     exact_no,
@@ -40,18 +39,15 @@ C = np.array([[0.1, 1.0]])
 
 
 def symmetric(name: str = "P", n: int = 2) -> Unknown:
-    """An unknown symmetric matrix."""
     return Unknown(name, n, n, symmetric=True)
 
 
 def values_of(condition: Condition, seed: int) -> dict[str, Any]:
-    """Any values of the unknowns."""
     random = np.random.default_rng(seed)
     return {u.name: u.value(random.normal(size=u.length)) for u in condition.unknowns}
 
 
 def same(one: Condition, other: Condition) -> bool:
-    """Whether two conditions have the same matrices at the same unknowns, LMI by LMI."""
     values = values_of(one, 0)
     return all(
         np.all(exact_matrices(one, first, values) == exact_matrices(other, second, values))
@@ -122,7 +118,6 @@ def test_members_transposes_and_products_of_unknowns_are_what_they_say() -> None
 
 
 def test_yalmip_products_are_matrix_products() -> None:
-    """P * A is the matrix product, as in YALMIP; a scalar unknown scales."""
     P, tau = symmetric(), Unknown("tau", 1, 1)
 
     one = pose(He(P * A[0]) + tau * np.eye(2) * 2.0 << 0)
@@ -177,7 +172,6 @@ def test_a_statement_is_neither_true_nor_false() -> None:
     ],
 )
 def test_what_cannot_be_meant_is_refused(wrong: Any, message: str) -> None:
-    """Each misuse says what was given and what was needed."""
     with pytest.raises(ModelError, match=message):
         wrong(symmetric())
 
@@ -300,7 +294,6 @@ def test_cvxpy_and_exact_multipliers_agree_with_the_elimination() -> None:
 
 
 def test_what_reads_lmis_alone_refuses_equalities() -> None:
-    """Leaving them out would answer another question."""
     P = symmetric()
     condition = pose(P >> 0, P @ B == C.T)
 
@@ -308,22 +301,12 @@ def test_what_reads_lmis_alone_refuses_equalities() -> None:
         exact_no(condition)
 
 
-def test_the_plain_lyapunov_condition_is_unchanged_by_operators() -> None:
-    """``He(P @ A) << 0`` is the decay LMI of ``common_lyapunov_condition`` at rate 0."""
-    theirs = common_lyapunov_condition(A)
-    mine = pose(symmetric() >> 0, symmetric() <= np.eye(2), He(symmetric() @ A) << 0)
-
-    assert same(theirs, mine)
-
-
 def value_of(expression: Any, values: dict[str, Any]) -> Any:
-    """The matrix at these unknowns."""
     X = expression.flat()
     return np.broadcast_to(sum(piece.value(values, 1) for piece in X.pieces)[0], X.shape)
 
 
 def test_slices_and_kronecker_products_are_numpys() -> None:
-    """At random unknowns every index and both orders of np.kron give what numpy gives."""
     # The stubs of numpy know arrays alone.
     numpy: Any = np
     P, M = symmetric("P", 3), Unknown("M", 1, 3)
@@ -366,7 +349,6 @@ def test_the_largest_determinant_is_found_from_both_sides() -> None:
 
 
 def expressed_determinant(condition: Condition) -> float:
-    """The determinant that cvxpy's own log_det finds under the first three inequalities."""
     import cvxpy as cp
 
     posed = expressed(condition, margin=0.0)
@@ -378,14 +360,12 @@ def expressed_determinant(condition: Condition) -> float:
 
 
 def test_maximise_is_minimise_with_the_other_sign() -> None:
-    """The objective of the outcome is of what is minimised."""
     P = symmetric()
     outcome = optimise(pose(P >> 0, P <= np.eye(2), He(P @ A[0]) << 0, maximise=P[0, 0]))
     assert outcome.objective == pytest.approx(-1.0, abs=1e-5)
 
 
 def test_reprs_are_short() -> None:
-    """One line, whatever the size of what it stands for."""
     P = symmetric("P", 30)
     condition = pose(P >> 0, He(P @ np.ones((30, 30))) << 0, minimise=trace(P))
     for value in (P @ np.ones((30, 30)), P >> 0, P <= P, P == 0, condition, *condition.lmis):

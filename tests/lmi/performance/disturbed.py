@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from takagi.lmi import Design
-from takagi.models import TSModel
+from takagi.models import Floats, TSModel
 from tests.lmi.norms import sampled
-
-Floats = NDArray[np.float64]
 
 
 def two_rules(sample_time: float | None = None) -> TSModel:
@@ -40,7 +37,6 @@ def three_rules(sample_time: float | None = None) -> TSModel:
 
 
 def loop(model: TSModel, gains: Floats, h: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return A - B K, E and C - D K with all of them blended by h."""
     A, B, C, D, E, K = (
         np.tensordot(h, part, 1) for part in (model.A, model.B, model.C, model.D, model.E, gains)
     )
@@ -48,13 +44,11 @@ def loop(model: TSModel, gains: Floats, h: Floats) -> tuple[Floats, Floats, Floa
 
 
 def blends(rules: int, count: int, seed: int = 0) -> Iterator[Floats]:
-    """Yield the corners of the memberships, then random ones."""
     yield from np.eye(rules)
     yield from np.random.default_rng(seed).dirichlet(np.ones(rules), count)
 
 
 def gain_of(design: Design) -> float:
-    """Return the gain of a design that must have one."""
     assert design.status == "candidate", design.answer.diagnosis
     assert design.gain is not None
     return design.gain

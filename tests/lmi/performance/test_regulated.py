@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
+from scipy.linalg import solve_continuous_are
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.requests import H2Norm, L2Gain, Peak
@@ -22,6 +22,8 @@ from takagi.lmi.gains.disturbance import riccati_bound as regulated
 from takagi.lmi.solver import solve
 from takagi.models import TSModel
 from tests.lmi.compleib import SYSTEMS
+from tests.lmi.fixed_order.plants import plant
+from tests.lmi.norms import gramian_norm
 
 pytestmark = pytest.mark.numeric
 
@@ -50,8 +52,6 @@ ROC10_OUTPUT = ([[0.0, 0.0, 0.0, 0.0036988, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0,
 
 @pytest.fixture
 def without_programs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No program is solved: whoever asks for one fails."""
-
     def never(*args: object, **options: object) -> object:
         raise AssertionError("a program was posed to a solver")
 
@@ -60,25 +60,18 @@ def without_programs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def gain_of(found: Design) -> float:
-    """Return the design's own bound."""
     assert found.gain is not None
     return found.gain
 
 
 def norm_of(model: TSModel, output: Any, K: Any) -> float:
-    """Return the H2 norm by the controllability Gramian, which nothing here uses."""
     C, D = (np.asarray(part, dtype=float) for part in (*output, [[0.0] * K.shape[0]])[:2])
-    A = model.A[0] - model.B[0] @ K
-    E = np.asarray(model.E, dtype=float).reshape(len(A), -1)
-    W = solve_continuous_lyapunov(A, -E @ E.T)
-    Z = C - D @ K
-    return float(np.sqrt(np.trace(Z @ W @ Z.T)))
+    return gramian_norm(model.A[0] - model.B[0] @ K, np.asarray(model.E[0]), C - D @ K)
 
 
 @pytest.mark.parametrize("name", sorted(SYSTEMS))
 @pytest.mark.usefixtures("without_programs")
 def test_one_rule_needs_no_program(name: str) -> None:
-    """Gains within a ten-thousandth of the least norm, and a bound that is as near."""
     system = SYSTEMS[name]()
     model, output = TSModel([system.A], [system.B], E=[system.B1]), (system.C1, system.D12)
     found = h2_pdc(model, performance=output)
@@ -139,24 +132,6 @@ def test_a_least_norm_of_zero_is_an_answer() -> None:
     assert norm_of(model, ([[1.0, 0.0]],), found.require()[0][0]) <= gain_of(found)
 
 
-AC4 = TSModel(
-    [
-        [
-            [-0.876, 1.0, -0.1209, 0.0],
-            [8.9117, 0.0, -130.75, 0.0],
-            [0.0, 0.0, -150.0, 0.0],
-            [-1.0, 0.0, 0.0, -0.05],
-        ]
-    ],
-    [[0.0], [0.0], [150.0], [0.0]],
-    E=[[0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 1.0]],
-)
-AC4_OUTPUT = (
-    [[-0.25, 0.0, 0.0, 3.487], [0.0, 0.0, -3.0, 0.0]],
-    [[0.0], [3.0]],
-    [[0.0, 0.25], [0.0, 0.0]],
-)
-AC4_LEAST = 0.557288
 DIS5 = TSModel(
     [
         [
@@ -178,16 +153,19 @@ DIS5_HINF, DIS5_H2 = 27.4937, 36.0206
 
 @pytest.fixture(autouse=True)
 def without_sdpa(monkeypatch: pytest.MonkeyPatch) -> None:
-    """sdpa is never needed."""
     monkeypatch.setattr(solve, "sdpa_is_installed", lambda: False)
 
 
 def test_a_missile_in_its_own_units_has_its_least_norm() -> None:
     """AC4: entries from 0.05 to 150, a direct path, an input without which nothing is stable."""
-    design = hinf_pdc(AC4, performance=AC4_OUTPUT)
+    missile = plant("AC4")
+    design = hinf_pdc(
+        TSModel([missile.A], [missile.B2], E=[missile.B1]),
+        performance=(missile.C1, missile.D12, missile.D11),
+    )
 
     assert design.status == "candidate"
-    assert design.gain == pytest.approx(AC4_LEAST, rel=1e-4)
+    assert design.gain == pytest.approx(0.557288, rel=1e-4)
 
 
 @pytest.mark.parametrize(("design", "least"), [(h2_pdc, DIS5_H2), (hinf_pdc, DIS5_HINF)])
@@ -210,7 +188,6 @@ def test_a_decentralised_plant_has_its_least_norms(design: object, least: float)
 def test_a_default_design_is_proved_within_a_thousandth(
     name: str, asked: Any, request_of: Any
 ) -> None:
-    """The exact proof of the emitted gains, at most 0.1 % above the design's own bound."""
     system = SYSTEMS[name]()
     model, output = TSModel([system.A], [system.B], E=[system.B1]), (system.C1, system.D12)
     design = asked(model, performance=output)

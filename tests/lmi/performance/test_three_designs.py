@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from takagi.lmi import (
     Condition,
     Design,
+    EigenvalueRegion,
     expressed,
     h2_pdc,
     h2_pdc_condition,
@@ -21,10 +23,18 @@ from takagi.lmi import (
     rigorous_no,
 )
 from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant, plant_of
 from takagi.models import TSModel
 from tests.lmi import known_models
-from tests.lmi.norms import hamiltonian_norm
-from tests.lmi.performance.disturbed import blends, gain_of, loop, two_rules
+from tests.lmi.norms import (
+    frequency_norm,
+    gramian_norm,
+    hamiltonian_norm,
+    sampled_gramian_norm,
+)
+from tests.lmi.performance.disturbed import blends, gain_of, loop, three_rules, two_rules
+
+pytestmark = pytest.mark.numeric
 
 DESIGNS: dict[str, Callable[..., Design]] = {"h2": h2_pdc, "hinf": hinf_pdc, "peak": peak_pdc}
 # The unknown that is minimised, and whether it is the gain or its square.
@@ -55,10 +65,7 @@ def test_the_condition_itself_in_cvxpy(kind: str, sample_time: float | None) -> 
 @pytest.mark.parametrize("sample_time", [None, 0.1])
 @pytest.mark.parametrize("kind", DESIGNS)
 def test_the_gains_hold_in_the_models_own_coordinates(kind: str, sample_time: float | None) -> None:
-    """P, K and the gain as handed out satisfy the LMIs as they stand; reversed gains do not.
-
-    What is handed out a hair above the least holds by a hair: one per cent above it is tested.
-    """
+    """One per cent above the least, P, K and gain satisfy the LMIs; reversed gains do not."""
     model = two_rules(sample_time)
     design = DESIGNS[kind](model, tolerance=0.01)
     K, P = design.require()
@@ -76,12 +83,24 @@ def test_the_gains_hold_in_the_models_own_coordinates(kind: str, sample_time: fl
     assert margin(condition, {**values, name: 0.9 * least}) < 0
 
 
+@pytest.mark.parametrize("sample_time", [None, 0.1])
+@pytest.mark.parametrize("kind", ["h2", "hinf"])
+def test_no_blend_of_the_loop_has_a_larger_norm(kind: str, sample_time: float | None) -> None:
+    """Frozen memberships are among what the bound covers: the loop by Gramians or frequencies."""
+    model, zero = three_rules(sample_time), np.zeros((2, 2))
+    design = DESIGNS[kind](model, tolerance=0.02)
+    norm: Callable[..., float] = {
+        "h2": (lambda A, B, C, _: gramian_norm(A, B, C), sampled_gramian_norm),
+        "hinf": (hamiltonian_norm, frequency_norm),
+    }[kind][sample_time is not None]
+    worst = max(norm(*loop(model, design.require()[0], h), zero) for h in blends(3, 12))
+
+    assert 0.3 * gain_of(design) < worst <= gain_of(design)
+
+
 @pytest.mark.parametrize("kind", DESIGNS)
 def test_units_change_the_gain_by_their_ratio(kind: str) -> None:
-    """States and inputs leave it; w = d what, y = c yhat multiply by d / c.
-
-    Time multiplies the root of a variance by its own root; the loop of ``hinf_pdc`` keeps gamma.
-    """
+    """By d / c for w = d what, y = c yhat; time counts for a variance, by its own root."""
     model = two_rules()
     s, tau, d, c, rate = np.array([1e3, 1e-2]), 1e4, 1e-3, 10.0, 50.0
     other = TSModel(
@@ -150,10 +169,7 @@ def test_rules_that_can_hardly_be_stabilised_have_a_gain(
 
 @pytest.mark.parametrize("kind", ["h2", "hinf"])
 def test_a_no_is_that_of_gains_of_whatever_norm(kind: str) -> None:
-    """Kim and Lee's three rules have no gains by all pairs, so none with a norm: two questions.
-
-    The exact no is about the gains alone, and the diagnosis says so.
-    """
+    """Kim and Lee's three rules have no gains by all pairs, so none with a norm: two questions."""
     gains_alone = known_models.three_rules(2.0)
     model = TSModel(gains_alone.A, gains_alone.B, E=[[1], [0]], C=np.eye(2), D=[[0], [1]])
 
@@ -169,7 +185,6 @@ def test_a_no_is_that_of_gains_of_whatever_norm(kind: str) -> None:
 
 
 def test_a_margin_that_costs_too_much_is_made_smaller_once() -> None:
-    """Random rules whose margin of the tolerance costs more than the tolerance: two calls."""
     rng = np.random.default_rng(1)
     A, B = rng.normal(size=(4, 4)), rng.normal(size=(4, 2))
     A = A + 0.2 * rng.normal(size=(4, 4, 4))
@@ -180,3 +195,36 @@ def test_a_margin_that_costs_too_much_is_made_smaller_once() -> None:
     assert gain_of(design) == pytest.approx(18.6905, rel=2e-4)
     assert [attempt.solver for attempt in design.answer.tries] == ["clarabel", "clarabel"]
     assert design.margin > 1e-4
+
+
+# Damping of at least 0.98, and no pole faster than 30/s.
+REGION = EigenvalueRegion.sector(float(np.arccos(0.98))) & EigenvalueRegion.disc(30.0)
+
+
+def plant(seconds: float) -> DisturbedPlant:
+    """Return two rules of an oscillator with z = (x, u), in another unit of time."""
+    A = np.array([[[0.0, 1.0], [-4.0, -0.1]], [[0.0, 1.0], [-9.0, -0.1]]])
+    B, E = np.array([[[0.0], [1.0]]] * 2), np.array([[[0.0], [1.0]]] * 2)
+    model = TSModel(A * seconds, B * seconds, E=E * seconds)
+    return plant_of(model, ([[1.0, 0.0], [0.0, 0.0]], [[0.0], [0.1]]))
+
+
+@pytest.mark.parametrize("function", [hinf_pdc, h2_pdc, peak_pdc])
+def test_poles_lie_in_the_region_and_the_norm_is_larger(function: Any) -> None:
+    free = function(plant(1.0))
+    held = function(replace(plant(1.0), region=REGION))
+
+    def poles(design: Any) -> Any:
+        p = plant(1.0)
+        return np.linalg.eigvals(p.A - p.B @ design.gains)
+
+    assert REGION.excess(poles(held)).max() < 0 < REGION.excess(poles(free)).max()
+    assert held.gain > free.gain
+
+
+def test_the_unit_of_time_does_not_matter() -> None:
+    """In ms the plant is a thousand times slower, and so is the region: the same energy gain."""
+    in_seconds = hinf_pdc(replace(plant(1.0), region=REGION))
+    in_milliseconds = hinf_pdc(replace(plant(1e-3), region=REGION.slowed(1e3)))
+
+    assert in_milliseconds.gain == pytest.approx(in_seconds.gain, rel=1e-3)

@@ -29,17 +29,13 @@ FROM_BOTH_SIDES = {
 
 
 def printed(name: str) -> str:
-    """What the page prints as found here."""
     (found,) = [problem.found for problem in published.PROBLEMS if problem.name == name]
     return str(found)
 
 
 @pytest.mark.parametrize("name", NUMBERS)
 def test_every_number_is_found_again(name: str) -> None:
-    """To one unit of the last digit that the page prints, or a ten-thousandth of the number.
-
-    How near a solver comes depends on the processor; a thousandth is what is promised.
-    """
+    """To a unit of the last digit, or a ten-thousandth; a thousandth is what is promised."""
     texts = re.findall(r"\d+\.\d+", printed(name))
     found = np.atleast_1d(NUMBERS[name]())
 
@@ -51,7 +47,6 @@ def test_every_number_is_found_again(name: str) -> None:
 
 @pytest.mark.parametrize("name", STATUSES)
 def test_every_status_is_found_again(name: str) -> None:
-    """What is said to be feasible has a candidate."""
     assert STATUSES[name]() == printed(name)
 
 
@@ -87,7 +82,6 @@ def test_no_row_contradicts_the_whole_collection() -> None:
 
 
 def test_every_test_that_is_named_exists() -> None:
-    """A test that is renamed leaves no trace on the page."""
     sources = [path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py")]
     there = {name for text in sources for name in re.findall(r"^def (test_\w+)\(", text, re.M)}
 

@@ -31,12 +31,7 @@ def matrices(block: int) -> NDArray[np.float64]:
 
 
 def control1(*, whole: bool = False) -> Condition:
-    """Return: minimise -x_21 with sum_k F_k x_k - F_0 >= 0.
-
-    Parameters
-    ----------
-    whole : both blocks as one matrix, 15 wide, in the place of two.
-    """
+    """Minimise -x_21 with sum_k F_k x_k - F_0 >= 0; ``whole`` is one block 15 wide for two."""
     x = Unknown("x", 1, 1, count=21)
     blocks = [matrices(0), matrices(1)]
     if whole:

@@ -36,7 +36,6 @@ ONE = np.ones((1, 1, 1))
 
 
 def side(name: str, slope: float, level: float, **kind: Any) -> LMI:
-    """Return slope x + level >= 0."""
     return LMI(
         name=name,
         blocks=(1,),
@@ -47,7 +46,6 @@ def side(name: str, slope: float, level: float, **kind: Any) -> LMI:
 
 
 def between(low: float, high: float, **kind: Any) -> Condition:
-    """Return low <= x <= high, least x: both non-strict."""
     kind = kind or {"strict": False}
     return Condition(
         name="between",
@@ -58,7 +56,6 @@ def between(low: float, high: float, **kind: Any) -> Condition:
 
 
 def limited(scale: float = 1.0, **kind: Any) -> Condition:
-    """Return the compensation of one rule, with |u| <= scale where x' Q^-1 x <= scale^2."""
     model = TSModel([[[0.0, 1.0], [1.0, 0.0]]], [[[0.0], [1.0]]])
     condition = pdc_condition(model, relaxation="common-gain")
     Q, M = (next(u for u in condition.unknowns if u.name == name) for name in "QM")
@@ -84,7 +81,6 @@ def limited(scale: float = 1.0, **kind: Any) -> Condition:
 
 
 def overdriven(values: dict[str, np.ndarray]) -> float:
-    """Return the largest u^2 on the ellipsoid."""
     M, Q = values["M"][0], values["Q"][0]
     return float((M @ np.linalg.solve(Q, M.T))[0, 0])
 
@@ -131,7 +127,6 @@ def test_how_far_is_the_tolerance_that_is_stated() -> None:
 
 @pytest.mark.parametrize("scale", [2.0**-30, 1.0, 2.0**20])
 def test_the_tolerance_is_a_share_in_all_units(scale: float) -> None:
-    """The same miss of the same limit, in inputs and states of other units."""
     M, Q = np.array([[[-0.9, -0.9]]]), np.eye(2)[None]
     shown = []
     for one in (1.0, scale):
@@ -143,7 +138,6 @@ def test_the_tolerance_is_a_share_in_all_units(scale: float) -> None:
 
 
 def test_a_search_over_a_parameter_keeps_them_too() -> None:
-    """Unknowns beyond a non-strict limit allow no value at all."""
     A = np.array([[[-1.0, 0.5], [0.0, -2.0]]])
     condition = common_lyapunov_condition(A)
     assert [lmi.strict for lmi in condition.lmis].count(False) == 1
@@ -180,7 +174,6 @@ def test_a_contradiction_by_less_than_can_be_told_is_unknown() -> None:
 
 
 def test_non_strict_lmis_that_contradict_one_another_beside_a_strict_one() -> None:
-    """No margin helps; it is a no, not doubt."""
     condition = between(2.0, 1.0)
     condition = replace(condition, lmis=(*condition.lmis, side("up", 1.0, 0.0)))
     outcome = decide(condition)
@@ -189,7 +182,6 @@ def test_non_strict_lmis_that_contradict_one_another_beside_a_strict_one() -> No
 
 
 def test_without_an_lmi_there_is_nothing_to_miss() -> None:
-    """An empty condition has no margin to take the least of."""
     assert margin(Condition(name="nothing", unknowns=(X,), lmis=()), {"x": ONE}) == 0.0
 
 
@@ -222,7 +214,6 @@ def test_exact_multipliers_know_the_kind() -> None:
     ],
 )
 def test_numbers_that_make_no_sense_are_refused(kind: dict[str, Any], said: str) -> None:
-    """With what was given, and what is needed."""
     with pytest.raises(ModelError, match=said):
         side("a", 1.0, 0.0, **kind)
 
@@ -230,11 +221,7 @@ def test_numbers_that_make_no_sense_are_refused(kind: dict[str, Any], said: str)
 def test_an_answer_just_outside_a_non_strict_lmi_is_moved_inside(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A solver that ends a millionth below x >= 2 gives nearly the least x, without another solver.
-
-    The set is convex: from just outside towards the start, which is inside, the first step that
-    holds is accepted.  From far outside the start is as near as it gets.
-    """
+    """Nearly the least x, without another solver: the first step towards the start that holds."""
     condition = Condition(
         name="least x above two",
         unknowns=(X,),

@@ -32,27 +32,23 @@ needs_sdpa = pytest.mark.skipif(
 
 
 def least_program(condition: Condition) -> ConeProgram:
-    """Return: the least objective, no margin."""
     data = assemble(condition)
     return cone_program(data, data.objective, (), margin=0.0)
 
 
 def margin_program(condition: Condition, *more: SolverRow) -> ConeProgram:
-    """Return: the largest t <= 1."""
     data = assemble(condition)
     t = np.eye(len(data.objective) + 1)[-1]
     return cone_program(data, -t, (SolverRow(t, 1.0), *more))
 
 
 def random_vertices(count: int, n: int, seed: int = 3) -> np.ndarray:
-    """Return stable vertices, (count, n, n): -I and a contraction."""
     E = np.random.default_rng(seed).normal(size=(count, n, n))
     E *= 0.8 / np.linalg.norm(E, 2, axis=(1, 2))[:, None, None]
     return np.asarray(E - np.eye(n))
 
 
 def gain_condition(vertices: int, n: int, width: int) -> Condition:
-    """Return the bounded real lemma with LMIs n + 2 width wide."""
     random = np.random.default_rng(4)
     A = random_vertices(vertices, n)
     return hinf_norm_condition(
@@ -61,7 +57,6 @@ def gain_condition(vertices: int, n: int, width: int) -> Condition:
 
 
 def slack_condition() -> Condition:
-    """Return 21 LMIs, each 10 wide, with a slack matrix in all of them."""
     random = np.random.default_rng(5)
     B = random.normal(size=(10, 2)) + 0.01 * random.normal(size=(6, 10, 2))
     model = TSModel(random_vertices(6, 10), B)
@@ -69,7 +64,6 @@ def slack_condition() -> Condition:
 
 
 def effort(condition: Condition) -> SolverRow:
-    """Return nu <= 100."""
     data = assemble(condition)
     return SolverRow(np.eye(len(data.objective) + 1)[data.offsets["nu"]], 100.0)
 
@@ -129,7 +123,6 @@ def test_centring_that_fails_next_to_the_optimum_is_tried_in_better_units(
 
 
 def test_an_objective_far_above_its_bound_is_not_settled(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A solver that stops at twice the optimum, feasible: no answer to what is least."""
     condition = gain_condition(2, 3, 1)
     honest = stages.optimise(condition)
 
@@ -220,7 +213,6 @@ def test_sdpa_begins_again_when_it_does_not_move(monkeypatch: pytest.MonkeyPatch
 
 
 def test_without_sdpa_clarabel_is_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    """sdpa is never needed."""
     monkeypatch.setattr(solve, "sdpa_is_installed", lambda: False)
     monkeypatch.setattr(solve, "prefers_sdpa", lambda found: True)
     program = least_program(gain_condition(2, 5, 3))

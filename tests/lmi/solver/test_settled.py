@@ -34,7 +34,6 @@ ONE = np.eye(2)[None]
 
 
 def least_trace(*, unit: float = 1.0, shift: float = 1.0) -> Condition:
-    """Return: unit * tr P least with P > 0 and A' P + P A < -shift I, which is Lyapunov's P."""
     P = Unknown("P", 2, 2, symmetric=True)
     floor = LMI(name="P", blocks=(2,), terms=(Term(unknown=P, left=ONE, right=ONE),))
     vertex = LMI(
@@ -50,7 +49,6 @@ def least_trace(*, unit: float = 1.0, shift: float = 1.0) -> Condition:
 
 
 def lyapunov_trace() -> float:
-    """Return tr P of A' P + P A = -I, by a linear system."""
     kronecker = np.kron(np.eye(2), A[0].T) + np.kron(A[0].T, np.eye(2))
     return float(np.trace(np.linalg.solve(kronecker, -np.eye(2).ravel()).reshape(2, 2)))
 
@@ -76,7 +74,6 @@ def off_by(factor: float) -> object:
 
 
 def outcome_at(objective: float, least: float) -> Outcome:
-    """Return a candidate with an objective and a bound."""
     values = {"P": ONE * objective / 2}
     return Outcome("candidate", values, 1.0, np.inf, {}, (), objective=objective, lower_bound=least)
 
@@ -84,7 +81,6 @@ def outcome_at(objective: float, least: float) -> Outcome:
 @pytest.mark.parametrize("slack", [1e-6, 1e-2, 0.3])
 @pytest.mark.parametrize("least", [1.0, 0.0197, -5.0, 3e27])
 def test_the_gap_is_measured_against_the_bound(slack: float, least: float) -> None:
-    """Settled a hair inside the tolerance, or a thousandth; not a hair outside it."""
     tolerance = max(slack, LARGEST_GAP)
     inside = outcome_at(least + 0.999 * tolerance * abs(least), least)
     outside = outcome_at(least + 1.001 * tolerance * abs(least), least)
@@ -117,7 +113,6 @@ def test_what_cannot_be_told_from_zero_is_zero() -> None:
 
 @pytest.mark.parametrize("unit", [1e-9, 1e-4, 1.0, 1e6])
 def test_a_candidate_is_the_least_in_any_unit_of_the_cost(unit: float) -> None:
-    """Within a thousandth of Lyapunov's P; where the solver stops too early, it says so."""
     outcome = stages.optimise(least_trace(unit=unit))
 
     if outcome.status == "candidate":
@@ -151,7 +146,6 @@ G = Unknown("g", 1, 1)
     ],
 )
 def test_an_objective_without_a_least_value_is_unbounded(condition: Condition) -> None:
-    """A status and a reason of its own, no arbitrary number, and unknowns to start from."""
     outcome = stages.optimise(condition)
 
     assert outcome.status == "unbounded" and "falls without end" in outcome.reason
@@ -170,7 +164,6 @@ def test_an_objective_that_equalities_fix_is_settled() -> None:
 
 @pytest.mark.parametrize("factor", [1.01, 2.0, 1e27])
 def test_far_above_its_bound_it_is_unknown(monkeypatch: pytest.MonkeyPatch, factor: float) -> None:
-    """Solvers that stop at a multiple: both numbers are said, and the unknowns can be had."""
     condition = least_trace()
     monkeypatch.setattr(stages, "attempts", off_by(factor))
     outcome = stages.optimise(condition)
@@ -266,5 +259,4 @@ def test_a_norm_that_p_shows_all_the_same(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def broken(program: ConeProgram) -> Raw:
-    """Return a solver's failure."""
     return Raw("broken", "NumericalError", np.zeros(0), np.zeros(0), 0, 0.0)

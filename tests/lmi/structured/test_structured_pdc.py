@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov, solve_discrete_lyapunov
 from scipy.optimize import minimize_scalar
 
@@ -16,8 +15,6 @@ from tests.lmi.compleib import SYSTEMS, ac15
 from tests.lmi.fixed_order.plants import best_of_hifoo
 from tests.lmi.fixed_order.plants import plant as plant_of_the_list
 from tests.lmi.norms import hamiltonian_norm
-
-Floats = NDArray[np.float64]
 
 
 def spring(step: float | None = None) -> TSModel:
@@ -48,8 +45,6 @@ def test_largest_decay_of_position_feedback() -> None:
 
 
 def best_cost(model: TSModel) -> float:
-    """Return the least cost of u = -k x1, by one-dimensional search over Lyapunov equations."""
-
     def cost(k: float) -> float:
         G = model.A[0] - model.B[0] @ np.array([[k, 0.0]])
         weight = np.eye(2) + np.diag([k**2, 0.0])
@@ -80,7 +75,6 @@ def test_without_structure_nothing_is_lost() -> None:
 
 @pytest.mark.slow
 def test_rules_share_a_gain_and_all_pairs_decay(reduced: bool) -> None:
-    """Zeros and equal gains are exact; P shows the rate for every pair, by numpy."""
     if reduced:
         pytest.skip("reduced: half a minute")
     model = two_rules()
@@ -98,11 +92,7 @@ def test_rules_share_a_gain_and_all_pairs_decay(reduced: bool) -> None:
 
 @pytest.mark.slow
 def test_where_a_diagonal_q_fails() -> None:
-    """x1' = x2 leaves entry (1, 1) of He(A Q - B M) zero for diagonal Q and M = [m, 0].
-
-    So with the structure put on Q no margin is possible, whatever the gains; without it there are
-    gains with a decay near the largest.
-    """
+    """Entry (1, 1) of He(A Q - B M) is zero for diagonal Q and M = [m, 0]: no margin there."""
     model = two_rules()
     for q1, q2, m in np.random.default_rng(0).uniform(0.1, 5.0, (50, 3)):
         F = model.A[0] @ np.diag([q1, q2]) - model.B[0] @ np.array([[m, 0.0]])
@@ -153,10 +143,7 @@ def test_static_output_feedback_of_ac15(reduced: bool) -> None:
 @pytest.mark.parametrize("step", [None, pytest.param(0.1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("starts", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_least_gain_of_position_feedback(step: float | None, starts: int) -> None:
-    """Against a search over the one number, with the norm of ``hinf_norm`` for each.
-
-    By convex steps alone, and by a descent.
-    """
+    """Against a search over the one number, with the norm of ``hinf_norm`` for each."""
     model = spring(step)
     C1, D12 = np.array([[1.0, 0.0], [0.0, 0.0]]), np.array([[0.0], [1.0]])
 
@@ -229,7 +216,6 @@ def test_of_several_rules_descents_are_starts_of_the_convex_steps() -> None:
 
 
 def static_output_feedback(name: str, **how: Any) -> StructuredDesign:
-    """Return the design for a plant of COMPleib, y = C x."""
     plant = SYSTEMS[name]()
     return structured_pdc(
         TSModel(plant.A[None], plant.B, E=plant.B1),

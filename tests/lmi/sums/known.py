@@ -16,12 +16,10 @@ from takagi.lmi import (
     optimise,
     relaxation_named,
 )
-
-Floats = NDArray[np.float64]
+from takagi.models import Floats
 
 
 def random_theta(seed: int, rules: int, size: int) -> Floats:
-    """Return symmetric (rules, rules, size, size), mostly worst where rules act together."""
     rng = np.random.default_rng(seed)
     theta = rng.standard_normal((rules, rules, size, size))
     theta = theta + theta.transpose(0, 1, 3, 2)
@@ -56,7 +54,6 @@ def largest(theta: Floats, h: Floats, m: Floats | None = None) -> float:
 
 
 def memberships(seed: int, rules: int, count: int = 4000) -> Floats:
-    """Return (count, rules) memberships: inside, on edges, at corners."""
     rng = np.random.default_rng(seed)
     inside = rng.dirichlet(np.ones(rules), count // 2)
     edges = rng.dirichlet(0.2 * np.ones(rules), count - count // 2 - rules)
@@ -64,12 +61,10 @@ def memberships(seed: int, rules: int, count: int = 4000) -> Floats:
 
 
 def combinations_of(*sides: int) -> NDArray[np.intp]:
-    """Return every combination of corners, the last premise changing first."""
     return np.array(list(product(*map(range, sides))), dtype=np.intp)
 
 
 def product_memberships(corners: NDArray[np.intp], weights: list[Floats]) -> Floats:
-    """Return (count, rules): the products of each premise's weights (count, corners)."""
     found = np.ones((len(weights[0]), len(corners)))
     for column, weight in enumerate(weights):
         found = found * weight[:, corners[:, column]]

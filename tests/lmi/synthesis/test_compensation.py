@@ -8,56 +8,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi import Design, h2_pdc, hinf_pdc, lqr_pdc, observer, pdc
+from takagi.lmi import (
+    Design,
+    EigenvalueRegion,
+    ZeroGainsWarning,
+    h2_pdc,
+    hinf_pdc,
+    lqr_pdc,
+    observer,
+    pdc,
+)
+from takagi.lmi.condition.evaluate import smallest_eigenvalues
 from takagi.models import ModelError, TSModel
-from tests.lmi.known_models import pendulum, tanaka_wang_rules, three_rules
+from tests.lmi.known_models import blended_rates, pendulum, tanaka_wang_rules
 
-Floats = NDArray[np.float64]
 ALL = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang")
-
-
-def blended_rates(model: TSModel, design: Design, seed: int = 0) -> Floats:
-    """Return -1/2 lambda_max(P^-1 He(P (A(h) - B(h) K(h)))) at random and corner memberships h."""
-    K, P = design.require()
-    r = len(model.A)
-    h = np.concatenate([np.random.default_rng(seed).dirichlet(np.ones(r), 200), np.eye(r)])
-    A, B, K = (np.tensordot(h, part, axes=1) for part in (model.A, model.B, K))
-    L = np.linalg.cholesky(P)
-    inside = np.linalg.solve(L, ((A - B @ K).transpose(0, 2, 1)) @ L)
-    return np.asarray(-np.linalg.eigvalsh(inside + inside.transpose(0, 2, 1))[:, -1] / 2)
-
-
-@pytest.mark.parametrize(
-    ("relaxation", "limit"),
-    [
-        ("kim-lee", 1.25935),
-        ("liu-zhang", 2.72520),
-        ("polya-2", 1.29991),
-        ("polya-4", 2.72786),
-        ("polya-8", 3.93342),
-    ],
-)
-def test_three_rules_from_both_sides_of_each_limit(relaxation: str, limit: float) -> None:
-    """Kim and Lee (2000), Sala and Arino (2007): feasible b, limits recomputed to 1e-4."""
-    below = pdc(three_rules(limit - 1e-2), relaxation=relaxation)
-    above = pdc(three_rules(limit + 1e-2), relaxation=relaxation)
-
-    assert below.found
-    assert blended_rates(three_rules(limit - 1e-2), below).min() > 0
-    assert above.status == "infeasible"
-    assert above.gains is None
-
-
-@pytest.mark.parametrize(
-    "relaxation", ["common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "polya-1"]
-)
-def test_three_rules_are_beyond_the_simple_relaxations(relaxation: str) -> None:
-    """Kim and Lee (2000): none of these finds gains even at b = 0; the answer names the rules."""
-    design = pdc(three_rules(0.0), relaxation=relaxation)
-
-    assert design.status == "infeasible"
-    assert "1" in design.answer.diagnosis and "liu-zhang" in design.answer.diagnosis
-    assert np.linalg.eigvalsh(next(iter(design.answer.multipliers.values())))[0, 0] > -1e-9
 
 
 @pytest.mark.parametrize("relaxation", [*ALL, "polya-0", "polya-3"])
@@ -70,30 +35,6 @@ def test_two_rules_have_gains_by_every_relaxation(relaxation: str) -> None:
     assert blended_rates(model, design).min() >= 0.5
     if relaxation == "common-gain":
         np.testing.assert_array_equal(design.gains[0], design.gains[1])
-
-
-def random_model(seed: int) -> TSModel:
-    """Return three unlike rules that some relaxations stabilise and some do not."""
-    rng = np.random.default_rng(seed)
-    A = rng.standard_normal((2, 2)) + 0.8 * rng.standard_normal((3, 2, 2))
-    return TSModel(A, rng.standard_normal((2, 1)) + 0.7 * rng.standard_normal((3, 2, 1)))
-
-
-@pytest.mark.slow
-@settings(derandomize=True, max_examples=20, deadline=None)
-@given(st.integers(0, 10_000))
-def test_a_richer_relaxation_never_loses_gains(seed: int) -> None:
-    """One gain => all pairs => Tuan, Tanaka-Wang => Kim-Lee => Liu-Zhang; all pairs => Polya."""
-    model = random_model(seed)
-    found = {name: pdc(model, relaxation=name).found for name in (*ALL, "polya-0", "polya-2")}
-    chain = ("wang-tanaka-griffin", "tanaka-wang", "kim-lee", "liu-zhang")
-
-    for weak, rich in zip(chain, chain[1:], strict=False):
-        assert not found[weak] or found[rich], (weak, rich)
-    assert not found["wang-tanaka-griffin"] or found["tuan"]
-    assert found["wang-tanaka-griffin"] == found["polya-0"]
-    assert not found["polya-0"] or found["polya-2"]
-    assert not found["common-gain"] or found["wang-tanaka-griffin"]
 
 
 def test_limits_hold_on_the_ellipsoid() -> None:
@@ -113,7 +54,6 @@ def test_limits_hold_on_the_ellipsoid() -> None:
 
 
 def test_a_limit_too_tight_is_a_no_that_names_it() -> None:
-    """30 N cannot hold the pendulum from that box; the diagnosis names limit or initial state."""
     design = pdc(pendulum(), decay_rate=0.5, input_limit=[30.0], initial_box=[0.3, 0.5])
 
     assert design.status == "infeasible"
@@ -132,7 +72,6 @@ def test_gains_keep_their_bound_in_the_models_units() -> None:
 
 
 def test_units_of_states_and_inputs_do_not_matter() -> None:
-    """The same plant in mrad and kN has the same gains in those units."""
     plain = pdc(pendulum(), decay_rate=1.0)
     S, T = np.array([2.0**10, 2.0**-3]), 2.0**12
     other = TSModel(pendulum().A * S / S[:, None], pendulum().B * T / S[:, None])
@@ -163,3 +102,182 @@ def test_a_gain_that_is_rounding_is_zero() -> None:
     for one in found:
         assert np.count_nonzero(one.require()[0]) == 2
     assert np.count_nonzero(observer(model, decay_rate=0.5).require()[0]) == 3
+
+
+def random_rules(seed: int, step: float | None) -> TSModel:
+    rng = np.random.default_rng(seed)
+    A = 0.7 * rng.standard_normal((3, 3)) + 0.2 * rng.standard_normal((2, 3, 3))
+    B = rng.standard_normal((3, 2)) + 0.2 * rng.standard_normal((2, 3, 2))
+    return TSModel(A, B, sample_time=step)
+
+
+@pytest.mark.parametrize(("a", "b", "bound"), [(1.0, 2.0, 5.0), (-3.0, 0.5, 1.0), (0.0, 1.0, 0.1)])
+def test_a_scalar_reaches_what_its_largest_gain_gives(a: float, b: float, bound: float) -> None:
+    """x' = a x + b u with |K| <= g: the largest rate is b g - a."""
+    design = pdc(TSModel([[[a]]], [[[b]]]), decay_rate="max", gain_bound=bound)
+
+    assert design.decay_rate == pytest.approx(b * bound - a, rel=2e-4)
+    assert design.decay_rate < b * bound - a <= design.answer.bound * (1 + 1e-6)
+
+
+def test_an_input_limit_bounds_the_gain_where_the_box_begins() -> None:
+    """x' = x + 2 u, |u| <= 6 from |x| <= 3: the gain is 2 at most, the rate 3."""
+    design = pdc(
+        TSModel([[[1.0]]], [[[2.0]]]), decay_rate="max", input_limit=[6.0], initial_box=[3.0]
+    )
+
+    assert design.decay_rate == pytest.approx(3.0, rel=1e-3)
+    assert design.decay_rate < 3.0
+
+
+@pytest.mark.parametrize("relaxation", ["common-gain", "wang-tanaka-griffin", "liu-zhang"])
+def test_the_largest_rate_has_gains_below_and_none_above(relaxation: str) -> None:
+    found = pdc(pendulum(), decay_rate="max", gain_bound=300.0, relaxation=relaxation)
+    alpha = found.decay_rate
+
+    for share, exists in ((0.999, True), (1.001, False)):
+        design = pdc(pendulum(), decay_rate=share * alpha, gain_bound=300.0, relaxation=relaxation)
+        assert design.found is exists
+    assert alpha < found.answer.bound < alpha * 1.001
+
+
+@pytest.mark.slow
+@settings(max_examples=10)
+@given(st.integers(0, 10_000), st.sampled_from([None, 0.2]))
+def test_gains_of_the_largest_rate_keep_bound_and_rate(seed: int, step: float | None) -> None:
+    model = random_rules(seed, step)
+    design = pdc(model, decay_rate="max", gain_bound=3.0)
+    if not design.found:
+        return
+    K, P = design.require()
+    h = np.random.default_rng(0).dirichlet(np.ones(2), 50)
+    A, B, gain = (np.tensordot(h, part, axes=1) for part in (model.A, model.B, K))
+    L = np.linalg.cholesky(P)
+    moved = np.linalg.solve(L, (A - B @ gain).transpose(0, 2, 1) @ L)
+    if step is None:
+        rates = -np.linalg.eigvalsh(moved + moved.transpose(0, 2, 1))[:, -1] / 2
+    else:
+        rates = -np.log(np.linalg.norm(moved, 2, axis=(1, 2))) / step
+
+    assert np.linalg.norm(K, 2, axis=(1, 2)).max() <= 3.0
+    assert rates.min() >= design.decay_rate - 1e-9
+
+
+def test_gains_too_small_to_stabilise_are_a_no() -> None:
+    """At |K| <= 50 the pendulum falls: no gains at decay rate 0, so no largest rate."""
+    design = pdc(pendulum(), decay_rate="max", gain_bound=50.0)
+
+    assert design.status == "infeasible" and design.gains is None
+    assert "raise gain_bound" in design.answer.diagnosis
+
+
+@pytest.mark.parametrize("step", [None, 0.2])
+@pytest.mark.parametrize("relaxation", ["wang-tanaka-griffin", "kim-lee", "polya-2"])
+def test_the_rate_shown_is_where_an_inequality_becomes_singular(
+    step: float | None, relaxation: str
+) -> None:
+    design = pdc(random_rules(1, step), relaxation=relaxation)
+    answer = design.answer
+    assert answer.condition is not None and answer.decay_rate is not None
+    least = []
+    for share in (0.999, 1.0, 1.001):
+        alpha = share * answer.decay_rate
+        number = {"alpha": alpha} if step is None else {"contraction": np.exp(-2 * alpha * step)}
+        condition = answer.condition.with_parameters(**number)
+        eigenvalues = [
+            smallest_eigenvalues(condition, lmi, answer.values).min()
+            for lmi in condition.lmis
+            if any(term.parameter is not None for term in lmi.terms)
+        ]
+        least.append(min(eigenvalues))
+
+    assert least[0] > 1e-8 and least[2] < -1e-8
+    assert abs(least[1]) < 1e-3 * min(least[0], -least[2])
+
+
+def frozen_eigenvalues(model: TSModel, design: Design) -> NDArray[np.complex128]:
+    K, _ = design.require()
+    h = np.linspace(0, 1, 201)
+    h = np.stack([h, 1 - h], axis=1)
+    A, B, gain = (np.tensordot(h, part, axes=1) for part in (model.A, model.B, K))
+    return np.asarray(np.linalg.eigvals(A - B @ gain), dtype=np.complex128).ravel()
+
+
+@pytest.mark.parametrize(
+    ("region", "relaxation"),
+    [
+        (EigenvalueRegion.half_plane(3.0), "common-gain"),
+        (EigenvalueRegion.disc(2.0, centre=-5.0), "wang-tanaka-griffin"),
+        (EigenvalueRegion.vertical_strip(1.0, 5.0), "tanaka-wang"),
+        (EigenvalueRegion.half_plane(3.0) & EigenvalueRegion.disc(9.0), "tuan"),
+        (EigenvalueRegion.half_plane(3.0) & EigenvalueRegion.sector(0.3), "kim-lee"),
+        (EigenvalueRegion.disc(4.0), "liu-zhang"),
+        (EigenvalueRegion.half_plane(3.0) & EigenvalueRegion.disc(9.0), "polya-1"),
+    ],
+    ids=str,
+)
+def test_eigenvalues_of_all_blends_lie_in_the_region(
+    region: EigenvalueRegion, relaxation: str
+) -> None:
+    """Chilali and Gahinet (1996); without the region some lie outside."""
+    model = pendulum()
+    free, held = (pdc(model, relaxation=relaxation, region=asked) for asked in (None, region))
+
+    assert all(region.contains(z) for z in frozen_eigenvalues(model, held))
+    assert not all(region.contains(z) for z in frozen_eigenvalues(model, free))
+
+
+def test_a_disc_places_the_poles_of_a_sampled_loop() -> None:
+    """Discrete time: |z - 0.6| < 0.3 for the eigenvalues of every blend."""
+    design = pdc(pendulum(0.05), region=EigenvalueRegion.disc(0.3, centre=0.6))
+
+    assert np.abs(frozen_eigenvalues(pendulum(0.05), design) - 0.6).max() < 0.3
+
+
+@pytest.mark.parametrize(
+    ("region", "reachable"),
+    [
+        (EigenvalueRegion.half_plane(1.9), True),
+        (EigenvalueRegion.half_plane(2.1), False),
+        (EigenvalueRegion.disc(2.1), True),
+        (EigenvalueRegion.disc(1.9), False),
+        (EigenvalueRegion.vertical_strip(1, 1.9) & EigenvalueRegion.disc(3), False),
+    ],
+    ids=str,
+)
+def test_a_mode_out_of_reach_decides(region: EigenvalueRegion, reachable: bool) -> None:
+    """A mode at -2 that no input moves: only regions that hold it can be reached."""
+    model = TSModel([[[-2.0, 0.0], [0.0, 1.0]]], [[[0.0], [1.0]]])
+
+    assert pdc(model, region=region).found == reachable
+
+
+def test_a_half_plane_is_a_decay_rate() -> None:
+    """Re z < -alpha as a region and alpha as the rate are feasible for the same gains."""
+    rates = pdc(pendulum(), decay_rate="max", gain_bound=300.0).decay_rate
+
+    for share, exists in ((0.99, True), (1.01, False)):
+        region = EigenvalueRegion.half_plane(share * rates)
+        assert pdc(pendulum(), gain_bound=300.0, region=region).found is exists
+
+
+@pytest.mark.parametrize(("options", "said"), [({"region": 3.0}, "an EigenvalueRegion is needed")])
+def test_misuse_is_refused(options: dict[str, object], said: str) -> None:
+    with pytest.raises(ModelError, match=said):
+        pdc(pendulum(), **options)  # type: ignore[arg-type]
+
+
+def test_a_part_of_a_region_without_the_loop() -> None:
+    """L < 0 alone, M = 0: every loop keeps it, and the gains are as without it."""
+    assert pdc(pendulum(), region=EigenvalueRegion.lmi([[-1.0]], [[0.0]])).found
+    assert not pdc(pendulum(), region=EigenvalueRegion.lmi([[1.0]], [[0.0]])).found
+
+
+def test_gains_that_do_nothing_are_warned_of() -> None:
+    """A plant that is stable by itself has gains of zero where no rate is asked for; K is gains."""
+    stable = TSModel([[[-1.0, 0.2], [0.0, -2.0]], [[-1.5, 0.0], [0.3, -1.0]]], [[[0.0], [1.0]]] * 2)
+    with pytest.warns(ZeroGainsWarning, match="the plant alone meets"):
+        design = pdc(stable)
+    assert design.K is design.gains is not None
+    # Filters make warnings errors: of gains that do something there is none.
+    assert pdc(pendulum()).found

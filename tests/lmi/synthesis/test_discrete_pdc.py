@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.linalg import expm, solve_discrete_are
 
 from takagi.lmi import Design, pdc, pdc_condition
@@ -14,11 +13,8 @@ from takagi.lmi.condition.evaluate import margin
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import truck_trailer
 
-Floats = NDArray[np.float64]
-
 
 def sampled_pendulum(step: float) -> TSModel:
-    """Return two rules of a pendulum on a cart, sampled with the input held."""
     vertices = []
     for gravity, authority in ((17.3, -0.177), (9.4, -0.1)):
         inside = np.array([[0.0, 1.0, 0.0], [gravity, 0.0, authority], [0.0, 0.0, 0.0]])
@@ -34,7 +30,6 @@ def random_model(seed: int, rules: int = 3) -> TSModel:
 
 
 def worst_contraction(model: TSModel, design: Design) -> float:
-    """Return the largest V(x+) / V(x) over 200 random blends and the corners."""
     K, P = design.require()
     h = np.random.default_rng(0).dirichlet(np.ones(len(model.A)), 200)
     h = np.concatenate([h, np.eye(len(model.A))])
@@ -45,7 +40,6 @@ def worst_contraction(model: TSModel, design: Design) -> float:
 
 
 def rate(contraction: float, step: float) -> float:
-    """Return alpha in 1/s with |x| shrinking by ``contraction`` a step."""
     return float(-np.log(contraction) / step)
 
 
@@ -119,7 +113,7 @@ def test_one_rule_accepts_the_discrete_riccati_solution(seed: int) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::takagi.lmi.ZeroGainsWarning")
-@settings(derandomize=True, max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 10_000), st.sampled_from(["wang-tanaka-griffin", "tuan", "liu-zhang"]))
 def test_every_blend_contracts_as_asked(seed: int, relaxation: str) -> None:
     """V(x+) <= e^(-2 alpha T) V(x) for memberships that were never given to the solver."""
@@ -143,25 +137,6 @@ def test_fine_sampling_tends_to_continuous_time(step: float) -> None:
     found = pdc(sampled_pendulum(step), decay_rate="max", gain_bound=300.0).decay_rate
 
     assert found == pytest.approx(limit, rel=max(5 * step, 1e-3))
-
-
-def test_limits_hold_along_trajectories() -> None:
-    """From every corner of the box, along random blends: |u| <= 300, |x1| <= 1 at the samples."""
-    model, box = sampled_pendulum(0.02), np.array([0.3, 0.5])
-    K, P = pdc(
-        model, decay_rate=0.5, input_limit=[300.0], initial_box=box, state_box=[1.0, np.inf]
-    ).require()
-    rng = np.random.default_rng(1)
-    x = np.tile(box * np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]), (25, 1))
-
-    assert np.einsum("ki,ij,kj->k", x, P, x).max() <= 1
-    for _ in range(200):
-        h = rng.dirichlet([0.3, 0.3], len(x))
-        A, B, gain = (np.tensordot(h, part, axes=1) for part in (model.A, model.B, K))
-        u = -np.einsum("kmn,kn->km", gain, x)
-        assert np.abs(u).max() <= 300 and np.abs(x[:, 0]).max() <= 1
-        x = np.einsum("kij,kj->ki", A, x) + np.einsum("kim,km->ki", B, u)
-    assert np.abs(x).max() < np.exp(-0.5 * 200 * 0.02)
 
 
 def test_a_mode_out_of_reach_limits_the_rate() -> None:

@@ -8,22 +8,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
-from scipy.linalg import expm, solve_continuous_are, solve_discrete_are
+from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov, solve_discrete_are
 
 from takagi.lmi import Design, h2_norm, lqr_pdc, lqr_pdc_condition, structured_pdc
-from takagi.models import ModelError, Premise, TSModel
+from takagi.lmi.condition.evaluate import smallest_eigenvalues
+from takagi.lmi.gains.cost.regulator import guaranteed_cost_condition, guaranteed_cost_gain
+from takagi.models import Floats, ModelError, Premise, TSModel
+from tests.lmi.compleib import SYSTEMS
 from tests.lmi.known_models import cost_of, tanaka_wang_rules, three_rules
+from tests.lmi.norms import sampled
 
-Floats = NDArray[np.float64]
 ALL = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang")
-
-
-def sampled(A: Floats, B: Floats, step: float) -> tuple[Floats, Floats]:
-    """Return the step-invariant model of x' = A x + B u."""
-    n, m = B.shape
-    E = expm(step * np.block([[A, B], [np.zeros((m, n + m))]]))
-    return E[:n, :n], E[:n, n:]
 
 
 def two_rules(step: float | None = None) -> TSModel:
@@ -35,43 +30,16 @@ def two_rules(step: float | None = None) -> TSModel:
     return TSModel([a for a, _ in rules], [b for _, b in rules], sample_time=step)
 
 
-def benchmark(name: str) -> tuple[Floats, Floats, Floats, float]:
-    """Return A, B, Q for R = I, and the state-feedback H2 optimum with w on every state.
-
-    Leibfritz (2004), COMPleib 1.1: plants NN2, NN4 and REA1; the optima by Riccati equations.  In
-    the latter two z = (x1, x2, x3 + u1, x4 + u2); u = v - (x3, x4) takes the cross weight away.
-    """
-    if name == "NN2":
-        A, B = np.array([[0.0, 1.0], [-1.0, 0.0]]), np.array([[0.0], [1.0]])
-        return A, B, np.diag([1.0, 0.0]), 1.4823522614195388
-    if name == "NN4":
-        A = np.array(
-            [
-                [0, 1, 0, 0],
-                [0, -2.93, -4.75, -0.78],
-                [0.086, 0, -0.11, -1],
-                [0, -0.042, 2.59, -0.39],
-            ]
-        )
-        B = np.array([[0, 0], [0, -3.91], [0.035, 0], [-2.53, 0.31]])
-        return A - B @ np.eye(4)[2:], B, np.diag([1.0, 1.0, 0.0, 0.0]), 1.5267936519062328
-    A = np.array(
-        [
-            [1.38, -0.2077, 6.715, -5.676],
-            [-0.5814, -4.29, 0, 0.675],
-            [1.067, 4.273, -6.654, 5.893],
-            [0.048, 4.273, 1.343, -2.104],
-        ]
-    )
-    B = np.array([[0, 0], [5.679, 0], [1.136, -3.146], [1.136, 0]])
-    return A - B @ np.eye(4)[2:], B, np.diag([1.0, 1.0, 0.0, 0.0]), 1.2660993441451374
+def benchmark(name: str) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return A, B, Q, R of a plant of COMPleib; u = v - R^-1 N' x takes the cross weight N away."""
+    system = SYSTEMS[name]()
+    R, N = system.D12.T @ system.D12, system.C1.T @ system.D12
+    shift = np.linalg.solve(R, N.T)
+    return system.A - system.B @ shift, system.B, system.C1.T @ system.C1 - N @ shift, R
 
 
 def worst_excess(model: TSModel, design: Design, Q: Floats, R: Floats) -> float:
-    """Return the largest relative eigenvalue over blends h, with G = A(h) - B(h) K(h), of
-
-    He(P G) + Q + K(h)' R K(h), or of G'PG - P + Q + K(h)' R K(h) in discrete time.
-    """
+    """Of He(P G) + Q + K(h)' R K(h), or G'PG - P + Q + K(h)' R K(h); G = A(h) - B(h) K(h)."""
     K, P = design.require()
     h = np.random.default_rng(0).dirichlet(np.ones(len(K)), 200)
     h = np.concatenate([h, np.eye(len(K))])
@@ -90,14 +58,15 @@ def worst_excess(model: TSModel, design: Design, Q: Floats, R: Floats) -> float:
 @pytest.mark.parametrize("name", ["NN2", "NN4", "REA1"])
 def test_benchmark_plants(name: str) -> None:
     """COMPleib: cost = (H2 optimum)^2, and ``h2_norm`` of the closed loop is that optimum."""
-    A, B, Q, optimum = benchmark(name)
-    m = B.shape[1]
-    design = lqr_pdc(TSModel([A], B), Q, np.eye(m))
+    A, B, Q, R = benchmark(name)
+    design = lqr_pdc(TSModel([A], B), Q, R)
     K, _ = design.require()
-    C = np.concatenate([np.sqrt(Q), -K[0]])
+    C = np.concatenate([np.sqrt(Q), -np.sqrt(R) @ K[0]])
 
-    assert np.sqrt(cost_of(design)) == pytest.approx(optimum, rel=1e-5)
-    assert h2_norm(A - B @ K[0], np.eye(len(A)), C).gain == pytest.approx(optimum, rel=1e-5)
+    assert np.sqrt(cost_of(design)) == pytest.approx(SYSTEMS[name]().h2, rel=1e-5)
+    assert h2_norm(A - B @ K[0], np.eye(len(A)), C).gain == pytest.approx(
+        SYSTEMS[name]().h2, rel=1e-5
+    )
 
 
 @settings(max_examples=12)
@@ -140,47 +109,6 @@ def test_one_rule_is_the_discrete_regulator(seed: int, n: int, m: int, step: flo
     np.testing.assert_allclose(design.require()[0][0], K, atol=5e-3 * np.abs(K).max())
 
 
-@pytest.mark.parametrize("step", [None, 0.5])
-def test_two_rules_against_cvxpy(step: float | None) -> None:
-    """All pairs in the Schur form of the literature, by hand in cvxpy, have the same least cost."""
-    cp: Any = pytest.importorskip("cvxpy")
-    model = two_rules(step)
-    Q, R = np.diag([1.0, 4.0]), np.array([[0.25]])
-    S, W = (cp.Variable((2, 2), symmetric=True) for _ in range(2))
-    M = [cp.Variable((1, 2)) for _ in range(2)]
-    F, G = np.sqrt(Q), np.sqrt(R)
-    wide, tall = np.zeros((2, 2)), np.zeros((2, 1))
-
-    def theta(i: int, j: int) -> Any:
-        loop = model.A[i] @ S - model.B[i] @ M[j]
-        if step is None:
-            block = [
-                [loop + loop.T, S @ F.T, M[j].T @ G.T],
-                [F @ S, -np.eye(2), tall],
-                [G @ M[j], tall.T, -np.eye(1)],
-            ]
-        else:
-            block = [
-                [-S, loop.T, S @ F.T, M[j].T @ G.T],
-                [loop, -S, wide, tall],
-                [F @ S, wide, -np.eye(2), tall],
-                [G @ M[j], tall.T, tall.T, -np.eye(1)],
-            ]
-        return cp.bmat(block)
-
-    def below(block: Any) -> Any:
-        return -(block + block.T) / 2 >> 0
-
-    bound = cp.bmat([[W, np.eye(2)], [np.eye(2), S]]) >> 0
-    rules = [below(theta(i, i)) for i in range(2)]
-    problem = cp.Problem(
-        cp.Minimize(cp.trace(W)), [bound, *rules, below(theta(0, 1) + theta(1, 0))]
-    )
-    problem.solve(solver="CLARABEL")
-
-    assert cost_of(lqr_pdc(model, Q, R)) == pytest.approx(float(problem.value), rel=1e-5)
-
-
 @pytest.mark.parametrize("step", [None, 0.05])
 def test_the_cost_holds_for_every_blend(step: float | None) -> None:
     """V' + x'Qx + u'Ru <= 0 at random memberships and corners; not for a P that is 1 % smaller."""
@@ -212,22 +140,11 @@ def test_rules_that_can_hardly_be_stabilised() -> None:
     assert "decay rate" not in no.answer.diagnosis
 
 
-def test_a_schedule_costs_less_than_one_gain() -> None:
-    """Damped more, one gain for all rules exists, and pays for it."""
-    plant = three_rules(-2.0)
-    model = TSModel(plant.A - 0.3 * np.eye(2), plant.B)
-    one = cost_of(lqr_pdc(model, np.eye(2), [[1.0]], relaxation="common-gain"))
-    many = cost_of(lqr_pdc(model, np.eye(2), [[1.0]], relaxation="wang-tanaka-griffin"))
-
-    assert many < 0.8 * one
-
-
 @pytest.mark.parametrize(
     ("s", "step"),
     [(np.array([1.0, 1e4]), None), (np.array([3e-5, 0.1]), None), (np.array([1.0, 1e4]), 0.05)],
 )
 def test_units_of_states_inputs_time_and_cost_do_not_matter(s: Floats, step: Any) -> None:
-    """In other units the gains are the same law and the cost the same number of cost units."""
     model, tau, unit = two_rules(step), 1e3, 1e-4
     rate = 50.0 if step is None else 1.0
     Q, R = np.diag([1.0, 4.0]), np.array([[0.25]])
@@ -248,13 +165,13 @@ def test_units_of_states_inputs_time_and_cost_do_not_matter(s: Floats, step: Any
 
 def test_deviations_weigh_the_initial_states() -> None:
     """One rule: the cost is trace L' P L of the Riccati solution, for deviations and for L."""
-    A, B, Q, _ = benchmark("REA1")
-    P = solve_continuous_are(A, B, Q, np.eye(2))
+    A, B, Q, R = benchmark("REA1")
+    P = solve_continuous_are(A, B, Q, R)
     d = np.array([1.0, 0.1, 3.0, 10.0])
     L = np.tril(np.ones((4, 4)))
 
-    by_vector = lqr_pdc(TSModel([A], B), Q, np.eye(2), deviations=d)
-    by_matrix = lqr_pdc(TSModel([A], B), Q, np.eye(2), deviations=L)
+    by_vector = lqr_pdc(TSModel([A], B), Q, R, deviations=d)
+    by_matrix = lqr_pdc(TSModel([A], B), Q, R, deviations=L)
     assert cost_of(by_vector) == pytest.approx(float(d**2 @ np.diag(P)), rel=1e-5)
     assert cost_of(by_matrix) == pytest.approx(float(np.trace(L.T @ P @ L)), rel=1e-5)
 
@@ -264,6 +181,8 @@ def test_deviations_weigh_the_initial_states() -> None:
     [
         ({"Q": [[1.0, 1.0], [0.0, 1.0]]}, "Q is not symmetric"),
         ({"Q": -np.eye(2)}, "Q has the eigenvalue -1; it must be positive semidefinite"),
+        ({"Q": 1j * np.eye(2)}, "Q cannot be read"),
+        ({"R": None}, "R cannot be read"),
         ({"Q": np.eye(3)}, r"Q has shape \(3, 3\); \(2, 2\) is needed"),
         ({"R": [[0.0]]}, "R has the eigenvalue 0; it must be positive definite"),
         ({"R": [[np.nan]]}, "R.*is nan"),
@@ -273,7 +192,6 @@ def test_deviations_weigh_the_initial_states() -> None:
     ],
 )
 def test_weights_that_make_no_sense(change: dict[str, Any], message: str) -> None:
-    """Each is refused where it is given, by the builder too."""
     given_ = {"Q": np.eye(2), "R": [[1.0]], **change}
     with pytest.raises(ModelError, match=message):
         lqr_pdc(two_rules(), **given_)
@@ -283,7 +201,6 @@ def test_weights_that_make_no_sense(change: dict[str, Any], message: str) -> Non
 
 @pytest.fixture
 def model() -> TSModel:
-    """Return four rules over two premises, the input of which depends on one of them."""
     corners = [(a, b) for a in (0.0, 1.0) for b in (0.0, 1.0)]
     return TSModel(
         [[[0.2 + 0.5 * a, 1.0], [0.3 * b, -0.1]] for a, b in corners],
@@ -293,7 +210,6 @@ def model() -> TSModel:
 
 
 def spent(model: TSModel, K: Floats, P: Floats, z: Floats) -> float:
-    """Return lambda_max of V' + x' x + u^2 at premises z."""
     h = model.memberships(z)
     gain = np.tensordot(h, K, axes=1)
     A, B = (np.tensordot(h, stack, axes=1) for stack in (model.A, model.B))
@@ -302,7 +218,6 @@ def spent(model: TSModel, K: Floats, P: Floats, z: Floats) -> float:
 
 
 def test_a_cost_by_products_of_premises(model: TSModel) -> None:
-    """The rules' products are known to the cost's LMIs, and the bound holds on the whole box."""
     product = lqr_pdc(model, np.eye(2), np.eye(1), relaxation="product")
     pairs = lqr_pdc(model, np.eye(2), np.eye(1), relaxation="wang-tanaka-griffin")
     assert product.cost is not None and pairs.cost is not None
@@ -328,3 +243,72 @@ def test_structured_gains_by_products_of_premises(model: TSModel) -> None:
     assert np.array_equal(K[0], K[1]) and np.array_equal(K[2], K[3])
     assert found.value == pytest.approx(np.trace(P), rel=1e-9)
     assert spent(model, K, P, np.array([0.3, 0.8])) <= 1e-6 * np.linalg.norm(P)
+
+
+def riccati(A: Floats, B: Floats, x: Floats, u: Floats) -> tuple[Floats, Floats]:
+    Q, R = np.diag(1 / x**2), np.diag(1 / u**2)
+    P = np.asarray(solve_continuous_are(A, B, Q, R), dtype=np.float64)
+    return P, np.asarray(np.linalg.solve(R, B.T @ P), dtype=np.float64)
+
+
+def vertices() -> tuple[Floats, Floats]:
+    A = np.array([[[a, 0.0], [-1.0, 0.0]] for a in (-0.1, 0.05)])
+    B = np.array([[[-g], [0.0]] for g in (0.9, 1.1)])
+    return A, B
+
+
+def cost(A: Floats, B: Floats, K: Floats, x: Floats, u: Floats) -> float:
+    weight = np.diag(1 / x**2) + K.T @ np.diag(1 / u**2) @ K
+    X = solve_continuous_lyapunov((A - B @ K).T, -weight)
+    return float(np.trace(np.diag(x) @ X @ np.diag(x)))
+
+
+@pytest.mark.parametrize(
+    ("x", "u"), [((1.0, 1.0), (1.0,)), ((0.04, 0.5), (0.02,)), ((20.0, 20.0), (3.0,))]
+)
+def test_one_vertex_is_lqr(x: tuple[float, ...], u: tuple[float, ...]) -> None:
+    """Kalman (1960) by the Riccati equation, and the LMI, give one gain: 1 % apart at most."""
+    A, B = np.array([[0.2, 1.0], [-1.0, -0.3]]), np.array([[0.0], [1.0]])
+    K = guaranteed_cost_gain(A[None], B[None], state_ranges=x, input_ranges=u)
+    _, expected = riccati(A, B, np.array(x), np.array(u))
+
+    assert K is not None
+    assert pytest.approx(expected, rel=0.01) == K
+
+
+def test_one_gain_serves_all_vertices_at_a_price() -> None:
+    A, B = vertices()
+    x, u = np.array([0.04, 0.5]), np.array([0.02])
+    K = guaranteed_cost_gain(A, B, state_ranges=x, input_ranges=u)
+
+    assert K is not None
+    for vertex, column in zip(A, B, strict=True):
+        assert np.linalg.eigvals(vertex - column @ K).real.max() < 0
+        own = cost(vertex, column, K, x, u)
+        best = np.trace(np.diag(x) @ riccati(vertex, column, x, u)[0] @ np.diag(x))
+        assert best * (1 - 1e-6) <= own <= 1.5 * best
+
+
+def test_the_condition_is_the_riccati_inequality() -> None:
+    """At S = P^-1, M = K S of LQR the LMI is on its boundary; a larger S breaks it."""
+    A, B = np.array([[0.2, 1.0], [-1.0, -0.3]]), np.array([[0.0], [1.0]])
+    P, K = riccati(A, B, np.ones(2), np.ones(1))
+    S = np.linalg.inv(P)
+    condition = guaranteed_cost_condition(A[None], B[None])
+    (rule,) = (lmi for lmi in condition.lmis if lmi.name == "rule")
+
+    def room(factor: float) -> float:
+        values = {"S": factor * S[None], "M": factor * (K @ S)[None], "W": P[None]}
+        return float(smallest_eigenvalues(condition, rule, values).min())
+
+    assert room(1.0) == pytest.approx(0, abs=1e-8)
+    assert room(0.9) > 1e-4
+    assert room(1.1) < -1e-4
+
+
+@pytest.mark.slow
+def test_vertices_that_no_gain_serves() -> None:
+    """x' = x + u and x' = x - u: no u = -K x stabilises both, and the answer is None."""
+    A, B = np.ones((2, 1, 1)), np.array([[[1.0]], [[-1.0]]])
+
+    assert guaranteed_cost_gain(A, B, state_ranges=[1.0], input_ranges=[1.0]) is None

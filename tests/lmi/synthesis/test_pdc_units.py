@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from takagi.lmi import Condition, Outcome, decide, pdc
 from takagi.lmi.gains.decay import design as compensation_design
@@ -17,19 +17,17 @@ from takagi.lmi.gains.decay import relaxation_search
 from takagi.lmi.gains.decay.condition import decay_request
 from takagi.lmi.gains.decay.design import decided, stopped_by_limit
 from takagi.lmi.gains.requirements.limits import GivenLimits
-from takagi.models import TSModel
-from tests.lmi.synthesis.placed import pendulum
+from takagi.models import Floats, TSModel
+from tests.lmi.known_models import torque_pendulum
 
 pytestmark = pytest.mark.numeric
 
-Floats = NDArray[np.float64]
 
 # In the proportions of the largest box in which a certain Q of the plant below is held.
 BOX = np.array([0.0027, 0.0014, 2e-5])
 
 
 def reach(P: Floats, box: Floats) -> float:
-    """Return the largest x' P x over the corners of a box."""
     corners = np.array(list(product((1.0, -1.0), repeat=len(box)))) * box
     return float(np.einsum("ti,ij,tj->t", corners, P, corners).max())
 
@@ -52,8 +50,7 @@ def hard() -> TSModel:
     "box", [(0.2, 0.5, 0.01), (0.02, 0.05, 0.01), (1e-3, 2e-5, 2e-8), (1e-6, 0.5, 0.01)]
 )
 def test_a_smaller_box_never_loses_gains(box: tuple[float, float, float]) -> None:
-    """Gains for a box are gains for every smaller one, however thin it is."""
-    half, plant = np.array(box), pendulum()
+    half, plant = np.array(box), torque_pendulum()
     # The input is a state whose rate is the input.
     A = np.block([[plant.A, plant.B], [np.zeros((2, 1, 3))]])
     model = TSModel(A, np.tile([[0.0], [0.0], [1.0]], (2, 1, 1)))
@@ -68,11 +65,10 @@ def test_a_smaller_box_never_loses_gains(box: tuple[float, float, float]) -> Non
 
 @cache
 def held(relaxation: str) -> bool:
-    """Whether there are gains when nothing is limited."""
     return pdc(hard(), relaxation=relaxation).found
 
 
-@pytest.mark.parametrize("size", [0.3, 1.0, 3.0, 10.0, 25.1, 30.0, 251.0, 1000.0, 6310.0])
+@pytest.mark.parametrize("size", [0.3, 25.1, 6310.0])
 @pytest.mark.parametrize("relaxation", ["wang-tanaka-griffin", "kim-lee"])
 def test_a_box_alone_costs_no_gains(relaxation: str, size: float) -> None:
     """Any ellipsoid may be made larger: where there are gains, a box to start from is no reason."""
@@ -133,7 +129,7 @@ def test_a_no_without_limits_is_one_with_them() -> None:
 def test_a_no_that_leaves_room_for_large_unknowns_is_none() -> None:
     """Multipliers that miss stationarity by 1e-2 bound nothing where Q may be a thousand."""
     task = decay_request(
-        pendulum(), GivenLimits(initial_box=(0.2, 0.5), input_limit=1.0), decay_rate=0.0
+        torque_pendulum(), GivenLimits(initial_box=(0.2, 0.5), input_limit=1.0), decay_rate=0.0
     )
     found = decided(task, 0.0, "wang-tanaka-griffin")
     outcome = found.outcome
@@ -156,7 +152,6 @@ def test_a_slow_plant_may_be_asked_to_be_fast(slow: float, state: float, moved: 
 
 @pytest.mark.parametrize("state", [1e-8, 1.0, 1e8])
 def test_inputs_are_independent_in_all_units(state: float) -> None:
-    """Two inputs that each move a state of their own, besides another."""
     s = np.array([1.0, state])
     B = np.array([[1.0, 1.0], [0.0, 1.0]]) * s[:, None]
     A = np.array([[0.0, 1.0], [-1.0, 1.0]]) * s[:, None] / s
@@ -165,8 +160,6 @@ def test_inputs_are_independent_in_all_units(state: float) -> None:
 
 
 def test_a_rate_that_no_solver_settled_is_not_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Beyond the start every solver gives up: the largest rate is then not bounded."""
-
     def gives_up(*args: object, **options: object) -> object:
         outcome = decide(*args, **options)  # type: ignore[arg-type]
         return replace(outcome, status="unknown")
@@ -178,7 +171,7 @@ def test_a_rate_that_no_solver_settled_is_not_a_bound(monkeypatch: pytest.Monkey
         unknown = replace(found.outcome, status="unknown")
         return replace(found, outcome=unknown)
 
-    task = decay_request(pendulum(), GivenLimits(gain_bound=30.0), decay_rate=0.0)
+    task = decay_request(torque_pendulum(), GivenLimits(gain_bound=30.0), decay_rate=0.0)
     true = relaxation_search.largest(task, "wang-tanaka-griffin")
     monkeypatch.setattr(relaxation_search, "decide", gives_up)
     monkeypatch.setattr(relaxation_search, "decided", never)
@@ -189,15 +182,13 @@ def test_a_rate_that_no_solver_settled_is_not_a_bound(monkeypatch: pytest.Monkey
 
 
 def test_what_the_first_solver_leaves_open_is_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A solver that gives up everywhere costs time, not rate: others settle it."""
-
     def gives_up(*args: object, **options: object) -> object:
         outcome = decide(*args, **options)  # type: ignore[arg-type]
         return replace(outcome, status="unknown")
 
-    plain = pdc(pendulum(), decay_rate="max", gain_bound=30.0)
+    plain = pdc(torque_pendulum(), decay_rate="max", gain_bound=30.0)
     monkeypatch.setattr(relaxation_search, "decide", gives_up)
-    other = pdc(pendulum(), decay_rate="max", gain_bound=30.0)
+    other = pdc(torque_pendulum(), decay_rate="max", gain_bound=30.0)
 
     assert other.decay_rate == pytest.approx(plain.decay_rate, rel=1e-4)
     assert other.answer.bound < other.decay_rate * (1 + 1e-3)

@@ -34,7 +34,6 @@ def design(turbine: Turbine, schedule: EffortSchedule) -> EffortDesign:
 def test_every_node_has_a_gain_of_short_decimals(
     schedule: EffortSchedule, design: EffortDesign
 ) -> None:
-    """gamma per node with five decimals, nu per interval with six, all positive."""
     gains = design.gains
     assert len(gains.proportional) == len(schedule.wind) == len(gains.integral_rate) + 1
     assert gains.proportional.min() > 0 and gains.integral_rate.min() > 0
@@ -67,7 +66,6 @@ def test_the_effort_loop_is_stable_over_stiffness_and_inertia(design: EffortDesi
 
 
 def test_the_lmi_gains_are_kept_but_for_the_torque_limit(design: EffortDesign) -> None:
-    """Where torque does not limit, the emitted gain is the LMI's, rounded."""
     emitted, pairs = design.gains.proportional, design.gain_pairs
     assert emitted == pytest.approx(pairs[:, 0], abs=1e-5)
     rate = pairs[:, 1] / pairs[:, 0]
@@ -79,7 +77,6 @@ def test_the_lmi_gains_are_kept_but_for_the_torque_limit(design: EffortDesign) -
 def test_more_bandwidth_is_more_gain(
     turbine: Turbine, schedule: EffortSchedule, design: EffortDesign
 ) -> None:
-    """The settings steer: three quarters of the bandwidth give less gain where pitch works."""
     slow = effort_gains(turbine, schedule, replace(SETTINGS, bandwidth=0.75 * SETTINGS.bandwidth))
     high = schedule.wind > 14
 
@@ -89,8 +86,7 @@ def test_more_bandwidth_is_more_gain(
 def test_a_bandwidth_that_grows_leaves_light_wind_alone(
     turbine: Turbine, schedule: EffortSchedule, design: EffortDesign
 ) -> None:
-    """Nothing changes where pitch does not act.  From 1.25 of that wind on the gain grows by what
-    is asked, and by more where the rotor's own damping did a part of it before."""
+    """From 1.25 of the wind where pitch acts the gain grows by what is asked, or more."""
     grown = effort_gains(turbine, schedule, replace(SETTINGS, bandwidth_growth=1.5))
     begin = schedule.wind[schedule.trim_effort >= 0][0]
     ratio = grown.gains.proportional / design.gains.proportional
@@ -119,6 +115,5 @@ def test_a_bandwidth_that_grows_leaves_light_wind_alone(
 def test_settings_out_of_range_are_misuse(
     change: dict[str, Any], turbine: Turbine, schedule: EffortSchedule
 ) -> None:
-    """Each setting is checked before anything is solved; the message says which."""
     with pytest.raises(ModelError, match=next(iter(change))):
         effort_gains(turbine, schedule, replace(SETTINGS, **change))

@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.certificates.claims.turbine.cell_loop import enclosures_of_gains
 from takagi.lmi.turbine.one_step.design import OneStepDesign, one_step_gains
 from takagi.lmi.turbine.one_step.design_point import Objective
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
-from takagi.models import Interval, ModelError, Turbine, nrel5mw
+from takagi.models import Floats, Interval, ModelError, Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import (
     EffortGains,
     EffortSharingLaw,
@@ -24,7 +23,6 @@ from takagi.models.laws.effort_sharing.law import (
 )
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
 
-Floats = NDArray[np.float64]
 BOX = LoopBox(Fraction("0.04"), Fraction("0.008"), Fraction("0.03"), Fraction("0.03"))
 UNCERTAINTY = LoopUncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
 
@@ -49,7 +47,6 @@ def whole_schedule() -> EffortSchedule:
 def family_between(
     turbine: Turbine, low: float, high: float, *, error: float = 0.1, rate: float = 0.03
 ) -> LoopOfGains:
-    """Return the loop of the wind cells between two winds, at the two-step gains."""
     whole = whole_schedule()
     kept = (whole.wind >= low) & (whole.wind <= high)
     columns = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
@@ -77,13 +74,11 @@ def near_rated(turbine: Turbine) -> LoopOfGains:
 
 @pytest.fixture(scope="module")
 def given(near_rated: LoopOfGains) -> OneStepDesign:
-    """Return the analysis of the gains as they are."""
     return one_step_gains(near_rated, steps=0)
 
 
 @pytest.fixture(scope="module")
 def design(near_rated: LoopOfGains) -> OneStepDesign:
-    """Return what two joint steps make of gains whose integral is too slow."""
     return one_step_gains(near_rated, steps=2)
 
 
@@ -104,11 +99,7 @@ def test_joint_steps_reach_more_than_the_gains_they_start_from(design: OneStepDe
 def test_the_set_is_invariant_at_the_emitted_gains(
     near_rated: LoopOfGains, design: OneStepDesign
 ) -> None:
-    """V' < 0 on V = 1 for every corner and both signs of d, found by eigenvalues of the S-lemma.
-
-    Independent of the module's own judgement: the loop is enclosed again at the rounded gains, and
-    the inequality is written out.  Beyond the stated wind error it fails.
-    """
+    """V' < 0 on V = 1 for every corner, both signs of d, by the S-lemma written out; beyond not."""
     corners, still = near_rated.corners(theta_of(design.law))
     f = design.functions
 
@@ -136,7 +127,6 @@ def test_the_set_is_invariant_at_the_emitted_gains(
 
 
 def test_gains_are_emitted_in_short_decimals(design: OneStepDesign) -> None:
-    """gamma with five decimals, nu with six, as those of the two-step design."""
     gains = design.gains
     assert np.array_equal(np.round(gains.proportional, 5), gains.proportional)
     assert np.array_equal(np.round(gains.integral_rate, 6), gains.integral_rate)
@@ -144,7 +134,6 @@ def test_gains_are_emitted_in_short_decimals(design: OneStepDesign) -> None:
 
 @pytest.mark.slow
 def test_decay_is_an_objective_of_its_own(near_rated: LoopOfGains) -> None:
-    """Weight on decay buys decay, and the wind class stays at or above the start's."""
     aim = Objective(wind_class=0.0, decay=1.0)
     found = one_step_gains(near_rated, objective=aim, steps=2)
     assert found.after.decay_rate > 1.1 * found.before.decay_rate
@@ -155,7 +144,6 @@ def test_decay_is_an_objective_of_its_own(near_rated: LoopOfGains) -> None:
 def test_no_step_at_all_is_the_analysis_of_the_given_gains(
     near_rated: LoopOfGains, given: OneStepDesign, design: OneStepDesign
 ) -> None:
-    """Zero steps and the start of a design agree, and a slower integral decays more slowly."""
     reached = given.before
     # The rounded gains are analysed once more, by a search that ends within 3e-3.
     assert given.after.wind_error == pytest.approx(reached.wind_error, rel=3e-3)
@@ -167,10 +155,7 @@ def test_no_step_at_all_is_the_analysis_of_the_given_gains(
 
 
 def test_gains_at_an_actuators_limit_may_not_be_raised(turbine: Turbine) -> None:
-    """At low wind the torque reserve ends: the family says which gains are held, and refuses them.
-
-    The set demands gamma s_max of effort; torque reaches zero at what the trim has left of it.
-    """
+    """At low wind torque ends: the family says which gains are held, and refuses them."""
     family = family_between(turbine, 5.9, 7.4)
     theta = theta_of(family.law)
     rising = theta.copy()
@@ -202,7 +187,6 @@ def test_gains_at_an_actuators_limit_may_not_be_raised(turbine: Turbine) -> None
     ids=str,
 )
 def test_objectives_out_of_range_are_misuse(change: dict[str, Any]) -> None:
-    """The message names what was given."""
     with pytest.raises(ModelError, match=next(iter(change))):
         Objective(**change)
 

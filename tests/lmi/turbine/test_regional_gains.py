@@ -9,19 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 
-from takagi.lmi.turbine.region_request import FULL_LOAD, PARTIAL_LOAD, Requirement, region_request
+from takagi.lmi.turbine.region_request import Requirement, region_request
 from takagi.lmi.turbine.regional import RegionalGains, RegionGains, region_gains, regional_gains
-from takagi.models import ModelError, TSModel, nrel5mw
-from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.turbine.data import rotor_torque
+from takagi.models import Floats, ModelError, nrel5mw
 from takagi.models.turbine.trim import trim
 from tests.paper_models import regional_models
 
 TURBINE = nrel5mw()
-Floats = NDArray[np.float64]
 
 
 @cache
@@ -32,42 +27,28 @@ def design() -> RegionalGains:
 
 
 def parts() -> tuple[RegionGains, RegionGains]:
-    """Partial load, full load."""
     return design().partial, design().full
 
 
 def boundary(P: Floats, count: int) -> Floats:
-    """Points with x' P x = 1, (count, n), spread evenly in direction."""
     x = np.random.default_rng(5).normal(size=(count, len(P)))
     scale = np.sqrt(np.einsum("ki,ij,kj->k", x, P, x))
     return np.asarray(x / scale[:, None])
 
 
 def blends(count: int, rules: int) -> Floats:
-    """Memberships, (count, rules): random, and every rule alone."""
     return np.vstack([np.eye(rules), np.random.default_rng(6).dirichlet(np.ones(rules), count)])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("which", [0, 1])
 def test_every_blend_decays_at_the_rate_asked(which: int) -> None:
     """He(P (A - B K)) + 2 alpha P <= 0 for A and K blended by the same h: recomputed from P."""
     part = parts()[which]
     assert part.P is not None
-    for h in blends(200, len(part.gains)):
+    for h in blends(40, len(part.gains)):
         A = np.tensordot(h, part.model.A, 1) - part.model.B[0] @ np.tensordot(h, part.gains, 1)
         worst = np.linalg.eigvals(np.linalg.solve(part.P, part.P @ A + A.T @ part.P)).real.max()
         assert worst <= -2 * part.requirement.decay_rate
-
-
-def test_flipped_gains_do_not_decay() -> None:
-    """Broken on purpose: with the gains' sign turned the same test fails."""
-    part = design().full
-    assert part.P is not None
-    A = part.model.A + part.model.B @ part.gains
-    worst = [np.linalg.eigvals(matrix).real.max() for matrix in A]
-
-    assert min(worst) > 0
 
 
 @pytest.mark.parametrize("which", [0, 1])
@@ -122,71 +103,7 @@ def test_demanded_pitch_rate_stays_within_its_limit_on_the_ellipsoid() -> None:
     assert lowest - np.abs(command).max() >= TURBINE.pitch_min
 
 
-@pytest.mark.parametrize("wind", [4.3, 8.0, 11.3])
-def test_nonlinear_partial_load_keeps_what_was_promised(wind: float) -> None:
-    """From the edge of the set, on the nonlinear rotor: torque in limits, V at the rate asked."""
-    part, asked = design().partial, PARTIAL_LOAD
-    k_x, k_I = part.require()
-    schedule = regional_schedule(TURBINE, part.model, k_x=k_x, k_I=k_I)
-    P = np.asarray(part.P)
-    speed, angle = _table(part.model, wind)
-    balance = float(rotor_torque(TURBINE, speed, angle, wind)) / TURBINE.gear_ratio
-
-    def torque(x: Floats) -> float:
-        gains = schedule.gains_at(speed + x[0], angle, wind)
-        return float(balance - gains.speed * x[0] + gains.integral * x[1])
-
-    def rate(_: float, x: Floats) -> list[float]:
-        rotor = float(rotor_torque(TURBINE, speed + x[0], angle, wind))
-        return [(rotor - TURBINE.gear_ratio * torque(x)) / TURBINE.inertia, -float(x[0])]
-
-    run = solve_ivp(rate, (0, 30), [asked.speed_error, 0.0], max_step=0.5, rtol=1e-8)
-    V = np.einsum("ik,ij,jk->k", run.y, P, run.y)
-    torques = [torque(x) for x in run.y.T]
-
-    assert np.all(V <= V[0] * np.exp(-2 * asked.decay_rate * run.t) * (1 + 1e-6))
-    assert min(torques) >= 0 and max(torques) <= TURBINE.maximum_torque
-
-
-@pytest.mark.parametrize("wind", [12.0, 16.0, 24.9])
-def test_nonlinear_full_load_keeps_what_was_promised(wind: float) -> None:
-    """From a corner of the set, on the nonlinear rotor: pitch rate in its limit, V decays."""
-    part, asked = design().full, FULL_LOAD
-    k_x, k_I = part.require()
-    schedule = regional_schedule(TURBINE, part.model, k_x=k_x, k_I=k_I)
-    P = np.asarray(part.P)
-    speed, angle = _table(part.model, wind)
-    balance = float(rotor_torque(TURBINE, speed, angle, wind))
-
-    def demanded(x: Floats) -> float:
-        g = schedule.gains_at(speed + x[0], angle + x[1], wind)
-        command = -g.speed * x[0] - g.pitch * x[1] + g.integral * x[2]
-        return float(command - x[1]) / TURBINE.pitch_time_constant
-
-    def rate(_: float, x: Floats) -> list[float]:
-        rotor = float(rotor_torque(TURBINE, speed + x[0], angle + x[1], wind))
-        return [(rotor - balance) / TURBINE.inertia, demanded(x), -float(x[0])]
-
-    start = [asked.speed_error, -asked.pitch_error, 0.0]
-    run = solve_ivp(rate, (0, 60), start, max_step=0.5, rtol=1e-8)
-    V = np.einsum("ik,ij,jk->k", run.y, P, run.y)
-
-    assert np.all(V <= V[0] * np.exp(-2 * asked.decay_rate * run.t) * (1 + 1e-6))
-    assert max(abs(demanded(x)) for x in run.y.T) <= TURBINE.pitch_rate_limit
-
-
-def _table(model: TSModel, wind: float) -> tuple[float, float]:
-    """Return the table's trim: where the model's premise a is a derivative, not a secant."""
-    from takagi.models.turbine.operating_band import operating_band
-
-    low, high = (float(end) for end in model.box["wind estimate [m/s]"])
-    band = operating_band(TURBINE, (low, high), speed_band=0, pitch_band=0, wind_band=0)
-    speed, angle = band.at(wind)
-    return float(speed), float(angle)
-
-
 def test_least_demand_agrees_with_cvxpy() -> None:
-    """A second formulation, written out in cvxpy, finds the same least pitch reference."""
     cp: Any = import_module("cvxpy")
     part = design().full
     (_, ours) = part.bounds["pitch reference above the smallest pitch"]
@@ -215,7 +132,6 @@ def test_least_demand_agrees_with_cvxpy() -> None:
 
 
 def test_infeasible_names_region_winds_and_cures() -> None:
-    """A rate that cannot be had: the answer says where, what binds, and a cure that works."""
     _, full = regional_models()
     asked = Requirement(decay_rate=0.15, speed_error=0.02, pitch_error=0.005)
     answer = region_gains(TURBINE, full, asked)
@@ -232,7 +148,6 @@ def test_infeasible_names_region_winds_and_cures() -> None:
 
 
 def test_misuse_is_explained() -> None:
-    """A set outside the model's box and a rate of zero are misuse, not an infeasible design."""
     partial, _ = regional_models()
     with pytest.raises(ModelError, match="the model is exact up to"):
         region_gains(TURBINE, partial, Requirement(decay_rate=0.1, speed_error=0.2))

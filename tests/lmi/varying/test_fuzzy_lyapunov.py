@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from scipy.optimize import linprog
 
 from takagi.lmi import (
     Answer,
@@ -21,15 +21,12 @@ from takagi.lmi import (
 )
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.refutation.exact_algebra import is_definite
-from takagi.models import ModelError, Premise, TSModel
+from takagi.lmi.varying.parameter_motion import step_corners, velocity_corners
+from takagi.models import Floats, ModelError, Premise, TSModel
 from tests.lmi.known_models import oscillators, planar_pair, rolmip_pair
-from tests.lmi.published.solved import ROLMIP_DISCRETE, ROLMIP_PRINTED
-
-Floats = NDArray[np.float64]
 
 
 def fastest_growth(A: Floats, answer: Answer, phi: float) -> float:
-    """Return the largest lambda of He(P A) + dP/dt relative to P, over h and |dh/dt| <= phi."""
     family = answer.lyapunov_function
     assert family is not None
     rng = np.random.default_rng(0)
@@ -68,7 +65,6 @@ def test_the_decay_rate_of_constant_blends_is_reached() -> None:
 
 
 def test_units_do_not_matter() -> None:
-    """States in other units: the same margin and rate, and P in those units."""
     A, s = oscillators(20.0), np.array([1.0, 2.0**20])
     plain, scaled = (fuzzy_lyapunov(M, rate_bounds=0) for M in (A, A * s / s[:, None]))
     assert plain.lyapunov_function is not None and scaled.lyapunov_function is not None
@@ -109,10 +105,7 @@ def test_any_rate_is_a_common_P() -> None:
     ],
 )
 def test_how_fast_the_memberships_may_move(options: Mapping[str, Any], limit: float) -> None:
-    """lam = 20, no common P: certified up to these rates in 1/s, recomputed by bisection.
-
-    The coefficients of degree 2 are the inequalities of all pairs, so the first two agree.
-    """
+    """lam = 20: to these rates in 1/s, by bisection; degree 2 is the inequalities of all pairs."""
     A = oscillators(20.0)
     below = fuzzy_lyapunov(A, rate_bounds=limit - 1e-2, **options)
     above = fuzzy_lyapunov(A, rate_bounds=limit + 1e-2, **options)
@@ -123,7 +116,6 @@ def test_how_fast_the_memberships_may_move(options: Mapping[str, Any], limit: fl
 
 
 def oscillator() -> TSModel:
-    """x'' + (1.5 + p) x' + (4 + q) x = 0 with |p| <= 0.5 and |q| <= 2.5."""
     A: Any = [[[0, 1], [-4 - q, -1.5 - p]] for p in (-0.5, 0.5) for q in (-2.5, 2.5)]
     return TSModel(A, premises=[Premise("p", -0.5, 0.5), Premise("q", -2.5, 2.5)])
 
@@ -251,13 +243,11 @@ def test_a_no_says_what_binds_and_what_to_do() -> None:
     ],
 )
 def test_misuse_is_said(options: Mapping[str, Any], said: str) -> None:
-    """What was given, and what is needed."""
     with pytest.raises(ModelError, match=said):
         fuzzy_lyapunov(oscillators(1.0), **{"rate_bounds": 1.0, **options})
 
 
 def test_bounds_of_premises_are_checked_by_name() -> None:
-    """One missing, one unknown with the name that was meant, some without a bound."""
     with pytest.raises(ModelError, match="none is given for q"):
         fuzzy_lyapunov(oscillator(), rate_bounds={"p": 1.0})
     with pytest.raises(ModelError, match="there is no premise 'Q'; there are p, q"):
@@ -312,24 +302,6 @@ def test_discrete_time_from_any_step_to_none(
     assert steepest_step(rolmip_pair(limit - 1e-3), below, bound) <= 1
 
 
-def test_the_printed_P_of_the_rolmip_manual_holds_exactly() -> None:
-    """Section 7.1: residuals 0.17957, 0.12168, 0.056108 of [[P, A'P], [., P]], by rationals.
-
-    They are of the polynomial's plain coefficients; that of h_1 h_2 is twice Bernstein's.
-    """
-    exact = np.vectorize(Fraction, otypes=[object])
-    A, P = exact(np.array(ROLMIP_DISCRETE)), exact(np.array(ROLMIP_PRINTED))
-    condition = fuzzy_lyapunov_condition(A, rate_bounds=0, sample_time=1.0)
-    plain = exact_matrices(condition, condition.lmis[-1], {"P": P})
-    plain = plain * np.array([1, 2, 1])[:, None, None]
-
-    for matrix, residual in zip(plain, (0.17957, 0.12168, 0.056108), strict=True):
-        below, above = Fraction(residual) - Fraction("1e-5"), Fraction(residual) + Fraction("1e-5")
-        one = np.eye(4, dtype=int).astype(object)
-        assert is_definite(matrix - below * one)
-        assert not is_definite(matrix - above * one)
-
-
 def test_any_step_agrees_with_daafouz_and_bernussou() -> None:
     """[P_i, A_i' P_l; ., P_l] > 0 for every i and l: four items, in cvxpy as by ourselves."""
     A = rolmip_pair(0.99)
@@ -349,7 +321,6 @@ def test_any_step_agrees_with_daafouz_and_bernussou() -> None:
 
 
 def test_three_discrete_rules_with_bounded_steps() -> None:
-    """Steps of a third at most; V falls by what was asked along all of them, and T counts."""
     A = np.array([[[0.1, 0.9], [0.0, 0.1]], [[0.5, 0.0], [0.9, 0.5]], [[0.3, 0.3], [-0.6, 0.2]]])
     answer = fuzzy_lyapunov(
         A, rate_bounds=3.0, sample_time=0.1, relaxation="polya-0", decay_rate=0.2
@@ -357,3 +328,56 @@ def test_three_discrete_rules_with_bounded_steps() -> None:
     assert answer.decay_rate is not None and answer.decay_rate >= 0.2
 
     assert steepest_step(A, answer, 0.3) <= np.exp(-2 * 0.1 * answer.decay_rate) * (1 + 1e-6)
+
+
+BOUNDS = [[1, 1], [1, 2, 3], [0.1, 0.5, 2], [1, 1, 1, 1], [0, 0.2, 0.3], [0, 0, 2], [np.inf, 1, 1]]
+
+
+def farthest(c: Floats, **constraints: Any) -> float:
+    best = linprog(-c, **constraints)
+    assert best.status == 0
+    return -float(best.fun or 0.0)
+
+
+@pytest.mark.parametrize("bound", BOUNDS)
+def test_velocities_reach_as_far_as_the_bounds_let_them(bound: list[float]) -> None:
+    """In every direction the farthest corner is the linear program's optimum, and none beyond."""
+    phi = np.array(bound, dtype=np.float64)
+    corners = velocity_corners(phi)
+    for c in np.random.default_rng(0).standard_normal((20, len(phi))):
+        far = farthest(c, A_eq=np.ones((1, len(phi))), b_eq=[0], bounds=np.stack([-phi, phi], 1))
+        assert (corners @ c).max() == pytest.approx(far, abs=1e-9)
+    assert np.abs(corners.sum(axis=1)).max() < 1e-12
+
+
+@pytest.mark.parametrize("bound", [[0.3, 0.3], [0.3, 5], [0.3, 0.3, 0.3], [0.1, 0.5, 2], [0.3] * 4])
+def test_steps_reach_as_far_as_the_bounds_let_them(bound: list[float]) -> None:
+    phi = np.array(bound)
+    n = len(phi)
+    corners = np.concatenate(step_corners(phi)).T
+    apart = np.hstack([-np.eye(n), np.eye(n)])
+    sums = np.kron(np.eye(2), np.ones((1, n)))
+    for c in np.random.default_rng(0).standard_normal((20, 2 * n)):
+        far = farthest(
+            c,
+            A_ub=np.vstack([apart, -apart]),
+            b_ub=np.concatenate([phi, phi]),
+            A_eq=sums,
+            b_eq=[1, 1],
+        )
+        assert (corners @ c).max() == pytest.approx(far, abs=1e-9)
+
+
+def test_constant_memberships_have_one_velocity_and_step_to_themselves() -> None:
+    assert velocity_corners(np.zeros(4)).tolist() == [[0.0] * 4]
+    now, then = step_corners(np.zeros(3))
+    np.testing.assert_array_equal(now, np.eye(3))
+    np.testing.assert_array_equal(then, np.eye(3))
+
+
+def test_too_many_are_refused_with_a_way_out() -> None:
+    """The corners multiply with the memberships; the message says what to do instead."""
+    with pytest.raises(ModelError, match="13 memberships .* more than 12; give the model"):
+        velocity_corners(np.ones(13))
+    with pytest.raises(ModelError, match="5 memberships .* more than 4; let"):
+        step_corners(np.full(5, 0.1))

@@ -8,17 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from takagi.lmi import common_lyapunov, hinf_norm
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import family_gain, masses_and_spring, rolmip_pair
 
-Floats = NDArray[np.float64]
-
 
 def frozen_gain(model: TSModel) -> float:
-    """Return the largest response over a grid of constant parameters and frequencies."""
     h = np.array(
         [
             np.prod(list(product(*[(1 - w, w) for w in weights])), axis=1)
@@ -39,7 +35,6 @@ def sampled(step: float) -> TSModel:
 
 
 def gain_of(model: TSModel, **options: Any) -> float:
-    """Return gamma where there is one."""
     gain = family_gain(model, **options).gain
     assert gain is not None
     return gain
@@ -129,7 +124,6 @@ def test_discrete_vertices_without_a_common_P() -> None:
     "model", [masses_and_spring(), sampled(0.5)], ids=["continuous", "discrete"]
 )
 def test_the_faster_the_parameters_the_larger_the_gain(model: TSModel) -> None:
-    """Between constant and arbitrarily fast; in simulation the bound holds along a motion."""
     rates = [0.0, 0.05, 0.5]
     gains = [gain_of(model, rate_bounds=rate) for rate in rates]
 
@@ -157,7 +151,6 @@ def test_energy_of_a_sampled_motion() -> None:
 
 
 def test_no_finite_bound_is_said() -> None:
-    """An unstable blend; and a degree that shows no stability, in the words of stability."""
     unstable = family_gain(
         TSModel([[[-1, 10], [0, -1]], [[-1, 0], [10, -1]]], E=[[1], [0]], C=[[1, 0]])
     )
@@ -177,6 +170,5 @@ def test_no_finite_bound_is_said() -> None:
     ],
 )
 def test_misuse_is_said(options: Mapping[str, Any], said: str) -> None:
-    """What was given, and what is needed."""
     with pytest.raises(ModelError, match=said):
         family_gain(TSModel([[[0.0, 1.0], [-1.0, -1.0]]], E=[[0.0], [1.0]], C=[[1, 0]]), **options)

@@ -34,7 +34,6 @@ high = { input = "heating", direction = 1, effectiveness = "2 + x", error = 0.2 
 
 
 def plant_of(folder: Path, text: str = ROOM, **changes: str) -> Plant:
-    """The plant of a text, each ``old=new`` put in once; names are free."""
     for pair in changes.values():
         old, new = pair.split(" -> ")
         assert text.count(old) == 1, f"{old} is there {text.count(old)} times"

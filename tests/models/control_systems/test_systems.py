@@ -93,7 +93,6 @@ def test_a_plant_in_discrete_time() -> None:
 
 @pytest.mark.parametrize("name", ["duffing", "tora", "cart_pole", "truck_trailer", "quarter_car"])
 def test_the_linearisation_is_the_slope_of_the_equations(name: str) -> None:
-    """Against central differences of our own right side, away from rest."""
     plant = load_plant(name)
     rate, states = plant_rate(plant), [one.name for one in plant.states]
     x = np.array([float(one.rest) for one in plant.states]) + 0.1
@@ -136,7 +135,6 @@ def test_a_turbine_s_law_keeps_its_states() -> None:
 
 
 def test_a_sampled_law_is_a_system_in_discrete_time() -> None:
-    """Fifty samples of a walk, by python-control and by the program itself."""
     law = SampledLaw(BaselineLaw(load_turbine("nrel5mw")), 0.02, 0.0, 15000.0, 0.14)
     system, rng = law_system(law), np.random.default_rng(4)
     seen = np.array([[1.25 + 0.05 * k, 0.2, 15.0] for k in rng.uniform(-1, 1, 50)])
@@ -153,7 +151,6 @@ def test_a_sampled_law_is_a_system_in_discrete_time() -> None:
 
 
 def test_a_turbine_and_its_law_move_as_in_our_simulation() -> None:
-    """The baseline at a wind that steps: against solve_ivp of the same plant and law."""
     turbine = load_turbine("nrel5mw")
     plant, law = validation_plant(turbine), BaselineLaw(turbine)
     start, point = plant.initial_state(15.0)
@@ -166,9 +163,9 @@ def test_a_turbine_and_its_law_move_as_in_our_simulation() -> None:
         moved = turbine_rate(plant)(z[:n], sent.torque, sent.pitch, 16.0)
         return np.concatenate([moved, law.state_rate(z[n:], seen)])
 
-    time = np.linspace(0, 1, 6)
+    time = np.linspace(0, 0.2, 3)
     both = np.concatenate([start, inner])
-    ours = solve_ivp(rate, (0, 1), both, t_eval=time, method="DOP853", rtol=1e-9, atol=1e-11)
+    ours = solve_ivp(rate, (0, 0.2), both, t_eval=time, method="DOP853", rtol=1e-9, atol=1e-11)
     loop = control.interconnect(
         [nonlinear_system(plant), law_system(law)],
         connections=[
@@ -190,7 +187,6 @@ def test_a_turbine_and_its_law_move_as_in_our_simulation() -> None:
 
 @pytest.mark.parametrize("wind", [8.0, 11.4, 18.0])
 def test_a_turbine_s_slopes_are_those_of_its_tables(wind: float) -> None:
-    """dT_r over speed, pitch and wind: the exact derivatives of the spline, over the inertia."""
     turbine = load_turbine("nrel5mw")
     linear = statespace(turbine, at={"wind": wind})
     point = trim(turbine, wind)

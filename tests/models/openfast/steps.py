@@ -38,15 +38,12 @@ STEP = 0.0125
 
 
 class Answer(NamedTuple):
-    """A change at first and in the end, SI units."""
-
     first: float
     final: float
 
 
 @lru_cache(maxsize=64)
 def measured(kind: str, flexible: bool, wind: int, quantity: str) -> Answer:
-    """Return what OpenFAST answers."""
     name = f"{kind}_{'flexible' if flexible else 'rigid'}_{wind}.csv"
     record = np.loadtxt(HERE / name, delimiter=",", skiprows=1)
     time, series = record[:, 0], record[:, 1 + QUANTITIES.index(quantity)]
@@ -70,7 +67,6 @@ def measured(kind: str, flexible: bool, wind: int, quantity: str) -> Answer:
 
 @lru_cache(maxsize=64)
 def simulated(kind: str, flexible: bool, wind: int, quantity: str) -> Answer:
-    """Return what the validation plant answers, nothing slowing or turning its rotor faster."""
     time, changes = _run(kind, flexible, wind)
     series = changes[:, QUANTITIES.index(quantity)]
     late = float(series[time >= SETTLED].mean())
@@ -110,7 +106,6 @@ def _run(kind: str, flexible: bool, wind: int) -> tuple[Floats, Floats]:
 
 
 def main() -> None:
-    """Print how the steps of OpenFAST and of the validation plant compare."""
     units = {"torque": ("kN m", 1e3), "thrust": ("kN", 1e3), "tower": ("mm", 1e-3)}
     for flexible, shown in ((False, QUANTITIES[:2]), (True, QUANTITIES)):
         print(f"\n{'flexible' if flexible else 'rigid'}\n")

@@ -1,7 +1,4 @@
-"""A law that oscillates in OpenFAST oscillates on the validation plant, and rests where it rests.
-
-Sources: README.md here.
-"""
+"""A law that oscillates in OpenFAST (README.md here) does so on the validation plant too."""
 
 from __future__ import annotations
 
@@ -39,7 +36,6 @@ class Rest(NamedTuple):
 
 @lru_cache(maxsize=1)
 def law_and_observer() -> tuple[EffortSharingLaw, WindObserver]:
-    """Return the law of the file and its observer."""
     path = HERE / "swinging_law.json"
     stated = read_json(path)["observer"]
     observer = WindObserver(nrel5mw(), float(stated["l1"]), float(stated["l2"]))
@@ -65,10 +61,7 @@ def rest(plant: SimulatedTurbine, wind: float, wind_filter: float, duration: flo
 
 @pytest.mark.parametrize("wind", [12.0, pytest.param(13.0, marks=pytest.mark.slow)])
 def test_the_law_swings_where_it_swings_in_openfast(wind: float) -> None:
-    """OpenFAST: 3.1 deg and 38 MN m at 12 m/s, 3.6 deg and 47 MN m at 13 m/s, without end.
-
-    The law that was measured fed the wind's rate forward too, which the law of the file does not.
-    """
+    """OpenFAST: 3.1 deg and 38 MN m at 12 m/s, 3.6 deg and 47 MN m at 13 m/s, without end."""
     left = rest(validation_plant(nrel5mw()), wind, FAST)
 
     assert 1.0 < left.pitch < 5.0

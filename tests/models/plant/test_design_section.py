@@ -41,7 +41,6 @@ def settings(tmp_path: Path, section: str) -> PlantSettings:
 
 
 def test_numbers_are_in_the_units_of_the_variables(tmp_path: Path) -> None:
-    """deg, rpm and kN m become rad, rad/s and N m."""
     found = settings(
         tmp_path, "initial = { theta = 30, omega = 60 }\ninput_limit = { tau = 0.2 }\n"
     )
@@ -51,7 +50,6 @@ def test_numbers_are_in_the_units_of_the_variables(tmp_path: Path) -> None:
 
 
 def test_every_field_arrives(tmp_path: Path) -> None:
-    """As it stands in the file."""
     found = settings(
         tmp_path,
         'choice = "least-conservative"\nrest = "solve inputs"\ndecay_rate = "max"\n'
@@ -70,7 +68,6 @@ def test_every_field_arrives(tmp_path: Path) -> None:
 
 
 def test_a_file_without_the_section_leaves_every_choice() -> None:
-    """So do the built-in plants that have none."""
     name = next(name for name, kind in built_in_kinds().items() if name == "duffing")
 
     assert PlantFile.of(name).settings == PlantSettings()
@@ -95,7 +92,6 @@ def test_a_file_without_the_section_leaves_every_choice() -> None:
 def test_what_makes_no_sense_is_named_with_its_line(
     tmp_path: Path, section: str, field: str, words: str
 ) -> None:
-    """File, line, field, and what is needed."""
     with pytest.raises(ModelError) as caught:
         settings(tmp_path, section + "\n")
 
@@ -104,7 +100,6 @@ def test_what_makes_no_sense_is_named_with_its_line(
 
 
 def test_settings_made_in_python_are_checked_alike() -> None:
-    """A word that is not known, a number that is none."""
     with pytest.raises(ModelError, match="choice = 'few' was given"):
         PlantSettings(choice="few")  # type: ignore[arg-type]
     with pytest.raises(ModelError, match="input_limit of u"):

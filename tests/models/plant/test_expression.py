@@ -144,7 +144,6 @@ def bracketed(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
 
 @given(st.recursive(leaves(), bracketed, max_leaves=12))
 def test_bracketed_text_equals_what_python_makes_of_it(text: str) -> None:
-    """Python's own arithmetic on sympy objects is the second way to the same expression."""
     import re
 
     exact = re.sub(r"\d+\.\d+", lambda match: f"sp.Rational('{match.group()}')", text)

@@ -254,28 +254,40 @@ def test_what_is_wrong_in_a_file_is_named_with_line_and_field(
     assert message.count(str(path)) == 1
 
 
+TINY = ",1,2,3,4\n" + "\n".join(
+    f"{x}," + ",".join(f"{x * y * y}.7137e-11" for y in range(1, 5)) for x in range(4)
+)
+GRID = '[tables.lift]\nfile = "grid.csv"\narguments = [{ name = "a" }, { name = "b" }]\n[mass]'
+
+
 @pytest.mark.parametrize(
-    ("csv", "line", "words"),
+    ("name", "table", "line", "words"),
     [
-        ("0,1\n1,2\n2,3\n", None, "at least 4"),
-        ("0,1\n1,2\n2,3,4\n3,4\n", 3, "two"),
-        ("0,1\n1,2\n2,x\n3,4\n", 3, "finite number"),
-        ("0,1\n1,2\n2,nan\n3,4\n", 3, "finite number"),
-        ("0,1\n1,2\n2,1e9999999\n3,4\n", 3, "finite number"),
-        ("0,1\n2,2\n1,3\n3,4\n", 3, "sort them"),
+        ("friction", "0,1\n1,2\n2,3\n", None, "at least 4"),
+        ("friction", "0,1\n1,2\n2,3,4\n3,4\n", 3, "two"),
+        ("friction", "0,1\n1,2\n2,x\n3,4\n", 3, "finite number"),
+        ("friction", "0,1\n1,2\n2,nan\n3,4\n", 3, "finite number"),
+        ("friction", "0,1\n1,2\n2,1e9999999\n3,4\n", 3, "finite number"),
+        ("friction", "0,1\n2,2\n1,3\n3,4\n", 3, "sort them"),
+        ("grid", ",0,1,2,3\n0,1,1,1,1\n1,1,1,1\n2,1,1,1,1\n3,1,1,1,1\n", 3, "line 1 names 4"),
+        ("grid", ",0,1,3,2\n0,1,1,1,1\n1,1,1,1,1\n2,1,1,1,1\n3,1,1,1,1\n", 1, "sort them"),
+        ("grid", ",0,1,2,3\n0,1,1,1,1\n2,1,1,1,1\n1,1,1,1,1\n3,1,1,1,1\n", 4, "sort them"),
+        ("grid", ",0,1,2,3\n0,1,1,1,1\n1,1,1,1,1\n2,1,1,1,1\n", None, "at least 5"),
+        ("grid", ",0,1,2\n0,1,1,1\n1,1,1,1\n2,1,1,1\n3,1,1,1\n", 1, "at least 4"),
+        # Values of 1e-10 would keep two or three digits of twelve.
+        ("grid", TINY, None, "misses the table"),
     ],
 )
 def test_a_malformed_table_is_named_with_its_line(
-    tmp_path: Path, csv: str, line: int | None, words: str
+    tmp_path: Path, name: str, table: str, line: int | None, words: str
 ) -> None:
-    with pytest.raises(ModelError, match=words) as caught:
-        load_model(written(tmp_path, csv=csv))
+    path = written(tmp_path, FILE if name == "friction" else FILE.replace("[mass]", GRID))
+    (tmp_path / f"{name}.csv").write_text(table, encoding="utf-8")
 
-    assert (
-        f"friction.csv:{line}:" in str(caught.value)
-        if line
-        else "friction.csv:" in str(caught.value)
-    )
+    with pytest.raises(ModelError, match=words) as caught:
+        load_model(path)
+
+    assert f"{name}.csv:{line or ''}" in str(caught.value)
 
 
 def test_a_link_out_of_the_folder_is_refused(tmp_path: Path) -> None:
@@ -310,53 +322,10 @@ def test_the_published_schema_is_current() -> None:
     assert published == plant_file_schema()
 
 
-def test_the_schema_knows_every_section_and_nothing_else() -> None:
-    found = plant_file_schema()
-
-    assert found["additionalProperties"] is False
-    assert {"states", "equations", "mass", "tables", "premises"} <= set(found["properties"])
-    assert set(found["required"]) == {"format", "kind", "states", "equations"}
-
-
-@pytest.mark.parametrize(
-    ("grid", "line", "words"),
-    [
-        (",0,1,2,3\n0,1,1,1,1\n1,1,1,1\n2,1,1,1,1\n3,1,1,1,1\n", 3, "3 values, but line 1 names 4"),
-        (",0,1,3,2\n0,1,1,1,1\n1,1,1,1,1\n2,1,1,1,1\n3,1,1,1,1\n", 1, "sort them"),
-        (",0,1,2,3\n0,1,1,1,1\n2,1,1,1,1\n1,1,1,1,1\n3,1,1,1,1\n", 4, "sort them"),
-        (",0,1,2,3\n0,1,1,1,1\n1,1,1,1,1\n2,1,1,1,1\n", None, "at least 5"),
-        (",0,1,2\n0,1,1,1\n1,1,1,1\n2,1,1,1\n3,1,1,1\n", 1, "at least 4"),
-    ],
-)
-def test_a_malformed_grid_is_named_with_its_line(
-    tmp_path: Path, grid: str, line: int | None, words: str
-) -> None:
-    (tmp_path / "grid.csv").write_text(grid, encoding="utf-8")
-    table = '[tables.lift]\nfile = "grid.csv"\narguments = [{ name = "a" }, { name = "b" }]\n[mass]'
-
-    with pytest.raises(ModelError, match=words) as caught:
-        load_model(written(tmp_path, FILE.replace("[mass]", table)))
-
-    assert f"grid.csv:{line or ''}" in str(caught.value)
-
-
-def test_a_table_that_twelve_decimals_do_not_hold_is_refused(tmp_path: Path) -> None:
-    """Values of 1e-10 would keep two or three digits."""
-    rows = "\n".join(
-        f"{x}," + ",".join(f"{x * y * y}.7137e-11" for y in range(1, 5)) for x in range(4)
-    )
-    (tmp_path / "grid.csv").write_text(f",1,2,3,4\n{rows}\n", encoding="utf-8")
-    table = '[tables.lift]\nfile = "grid.csv"\narguments = [{ name = "a" }, { name = "b" }]\n[mass]'
-
-    with pytest.raises(ModelError, match="misses the table"):
-        load_model(written(tmp_path, FILE.replace("[mass]", table)))
-
-
 X, U = sp.symbols("x u", real=True)
 
 
 def table(name: str, low: float, high: float) -> type[TableFunction]:
-    """Return the sine on [low, high] as a table."""
     x = np.linspace(low, high, 9)
     return table_function(name, interpolate_curve(x, np.sin(x), name=name))
 
@@ -366,7 +335,6 @@ WIDE, NARROW = table("wide", -1, 1.5), table("narrow", 0, 0.5)
 
 
 def plant(expression: sp.Expr, low: str = "0", high: str = "2") -> Plant:
-    """Return x' = expression - (expression at rest, x = 1/4) + u."""
     rest = Fraction(1, 4)
     return Plant(
         states=(Variable(X, "-", Interval.of(low, high), rest),),
@@ -394,12 +362,6 @@ def _value(x: np.ndarray | float) -> np.ndarray:
     return np.asarray(WIDE.table(INNER.table(x, 0), 0))
 
 
-def test_three_tables_inside_one_another() -> None:
-    described = plant(INNER(WIDE(INNER(X))), "0.1", "1.9")
-    check_coverage(described)
-    assert len(sector_model(described).rules) == 2
-
-
 def test_values_of_the_inner_table_that_leave_the_outer_one_are_refused() -> None:
     """inner takes values up to 1, narrow covers [0, 1/2]: the argument is named with its range."""
     with pytest.raises(ModelError, match=r"argument 1 of narrow\(inner\(x\)\), inner\(x\), takes"):
@@ -408,7 +370,6 @@ def test_values_of_the_inner_table_that_leave_the_outer_one_are_refused() -> Non
 
 
 def test_the_inner_argument_is_refused_first() -> None:
-    """Where inner itself is left, the message is about inner and not about the range of wide."""
     with pytest.raises(ModelError, match=r"argument 1 of inner\(2\*x\), 2\*x, takes values"):
         check_coverage(plant(WIDE(INNER(2 * X))))
 

@@ -28,7 +28,6 @@ PAGE = text_of("plants.md")
 
 
 def pendulum_in_python() -> Plant:
-    """Return the plant of the page, written with sympy."""
     theta, omega, tau, m, length, g = (
         sp.Symbol(name, real=True) for name in ("theta", "omega", "tau", "m", "l", "g")
     )
@@ -65,7 +64,6 @@ def pendulum_in_python() -> Plant:
 def test_the_pages_example_is_read_and_equals_its_python_form(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """docs/plants.md, followed to the letter, and the plant by its symbols."""
     (tmp_path / "friction.csv").write_text(fenced(PAGE, "csv")[0], encoding="utf-8")
     (tmp_path / "pendulum.toml").write_text(fenced(PAGE, "toml")[0], encoding="utf-8")
     monkeypatch.chdir(tmp_path)

@@ -76,12 +76,11 @@ def test_it_is_a_disturbance_that_schedules(tmp_path: Path) -> None:
     np.testing.assert_array_equal(model.E, np.broadcast_to([[0, 0], [1, 0]], model.E.shape))
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
+@settings(max_examples=12)
 @given(st.floats(-0.5, 0.5), st.floats(100, 400), st.floats(-1, 1))
 def test_matrices_depend_on_it(
     tmp_path_factory: pytest.TempPathFactory, a: float, q: float, flap: float
 ) -> None:
-    """A, B and C at any point of the box are the plant's coefficients."""
     plant, model = wing(tmp_path_factory.mktemp("wing"))
     values = {"a": a, "p": 0.3, "flap": flap, "gust": 0.0, "delta_q": q - 200}
     now = model.blend(model.premise_values(**values))
@@ -119,7 +118,6 @@ def test_without_a_rest_it_is_counted_from_the_middle_of_its_range(tmp_path: Pat
     ],
 )
 def test_misuse(old: str, new: str, words: str, tmp_path: Path) -> None:
-    """Told with the place and what to do."""
     assert old in WING
 
     with pytest.raises(ModelError, match=f"(?s){words}"):
@@ -127,7 +125,6 @@ def test_misuse(old: str, new: str, words: str, tmp_path: Path) -> None:
 
 
 def test_only_a_disturbance_with_a_range_may_schedule() -> None:
-    """In Python, where no section says so."""
     x, w = sp.symbols("x w", real=True)
     side = Interval(Fraction(-1), Fraction(1))
     with pytest.raises(ModelError, match="x .* schedules, but it is a state"):
@@ -183,7 +180,6 @@ def cart(folder: Path, *changes: tuple[str, str]) -> Plant:
 
 
 def test_it_is_a_signal_that_no_law_knows(tmp_path: Path) -> None:
-    """In SI, at rest at its value or in the middle; a derived one is put into the equations."""
     plant = cart(tmp_path)
     mass, stiffness = plant.uncertain
 

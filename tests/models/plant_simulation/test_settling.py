@@ -31,7 +31,6 @@ omega = "19.62*sin(theta) + u"
 
 
 def motions_of(name: str, limits: list[float] | None = None) -> ManyMotions:
-    """Return the motions of a built-in plant."""
     plant = load_model(name)
     assert isinstance(plant, Plant)
     motions = ManyMotions.of(sector_model(plant), None if limits is None else np.array(limits))
@@ -129,7 +128,6 @@ def test_weights_of_what_is_measured_are_not_those_at_the_estimate(tmp_path: Pat
 
 
 def test_a_motion_that_does_not_settle_takes_for_ever() -> None:
-    """Without a command the pendulum falls; from rest it has settled."""
     motions = motions_of("cart_pole")
     idle = np.zeros((16, 1, 2))
     times = motions.settling_times(idle, np.array([[0.1, 0.0], [0.0, 0.0]]), np.ones(2), 5.0)

@@ -48,7 +48,6 @@ def proved() -> TSModel:
 
 
 def moved(premise: Premise, lower: Fraction, upper: Fraction) -> Premise:
-    """Return the premise with other bounds and the same proof."""
     return Premise(premise.name, lower, upper, proof=premise.proof)
 
 
@@ -62,7 +61,6 @@ def test_every_premise_of_a_model_replays(name: str) -> None:
 
 
 def test_a_wrong_bound_is_refused_on_replay() -> None:
-    """Either end moved inward by a thousandth: the same boxes do not prove it.  Outward they do."""
     (premise,) = proved().premises
     part = premise.bounds.width / 1000
     low, high = premise.lower, premise.upper
@@ -84,7 +82,6 @@ def test_wrong_bounds_that_are_given_are_refused(ends: tuple[str, str]) -> None:
 
 
 def test_right_bounds_that_are_given_are_confirmed() -> None:
-    """Wider than the range: proved, and the proof replays for them."""
     model = sector_model(arm(), premises=GIVEN, bounds={S: ("0.66499665", "1.00000001")})
     (premise,) = model.premises
 
@@ -105,11 +102,6 @@ def test_exact_bounds_tell_what_their_proof_misses() -> None:
             premise.replay()
     else:
         assert premise.bounds.contains(premise.replay())
-
-
-def test_evidence_names_the_variables_with_their_units() -> None:
-    (premise,) = proved().premises
-    assert premise.evidence.endswith("over q [rad]")
 
 
 # ------------------------------------------------------------------ samples
@@ -145,7 +137,6 @@ def test_sampled_bounds_say_so_everywhere() -> None:
 
 
 def test_nothing_is_certified_with_sampled_bounds() -> None:
-    """Neither the model itself nor one with a narrower premise made of it."""
     model = sampled()
     number = [premise.name for premise in model.premises].index("s")
 
@@ -164,7 +155,6 @@ def test_bounds_found_by_sampling_are_taken_as_sampled() -> None:
 
 
 def test_bounds_of_a_function_without_enclosure_are_tried_on_samples() -> None:
-    """Given bounds around the samples are taken, and called unproved; narrower ones are refused."""
     wanted = {S: sp.zeta(2 + P**2)}
     model = sector_model(with_zeta(), premises=wanted, bounds={S: (1, 2)})
 

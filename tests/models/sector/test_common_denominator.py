@@ -34,7 +34,6 @@ def inertia(q2: sp.Expr) -> sp.Matrix:
 
 
 def pendubot(angle: str = "0.26") -> Plant:
-    """Return both links upright, torque at the shoulder."""
     _, _, t3, t4, t5 = INERTIAS.values()
     s, lean = t3 * sp.sin(Q2), t5 * GRAVITY * sp.sin(Q1 + Q2)
     rates = (

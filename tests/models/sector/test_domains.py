@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates.document.model_data import ts_model_data
@@ -60,7 +60,6 @@ def on_the_box() -> TSModel:
 
 
 def test_a_band_gives_tighter_bounds_than_the_box_around_it() -> None:
-    """The premise with x and v is less than a quarter as wide; the others keep their ranges."""
     whole = {p.name: p for p in on_the_box().premises}
     narrow = {p.name: p for p in on_the_band().premises}
 
@@ -70,10 +69,8 @@ def test_a_band_gives_tighter_bounds_than_the_box_around_it() -> None:
     assert max(shares.values()) == pytest.approx(1, abs=1e-3)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
 @given(st.floats(0, 1), st.floats(-1, 1))
 def test_the_model_equals_the_plant_on_the_band(share: float, across: float) -> None:
-    """Blend times deviations is the plant's derivative, memberships are convex."""
     v = -1 + 3 * share
     x = v**2 + HALF_WIDTH * across
     model = on_the_band()
@@ -87,13 +84,11 @@ def test_the_model_equals_the_plant_on_the_band(share: float, across: float) -> 
 
 
 def test_off_the_band_the_model_says_nothing() -> None:
-    """In the box but off the band a premise leaves its bounds, and is refused."""
     with pytest.raises(ModelError, match="outside its range"):
         on_the_band().memberships(on_the_band().premise_values(delta_x=5.0, delta_v=0.0))
 
 
 def test_a_band_is_not_its_box() -> None:
-    """The model keeps its domain, words and derivation tell, and no ellipsoid is put in the box."""
     model = on_the_band()
 
     assert on_the_box().domain is None
@@ -118,7 +113,6 @@ def test_a_certificate_of_a_band_says_nothing_of_plant_or_box() -> None:
 
 
 def test_the_proofs_of_a_band_replay_on_the_band_only() -> None:
-    """The box around the band proves less."""
     for premise in on_the_band().premises:
         assert premise.bounds.contains(premise.replay())
     on_box = {premise.name: premise for premise in on_the_box().premises}
@@ -155,7 +149,6 @@ def test_a_union_of_cells_leaves_out_what_lies_between() -> None:
 
 
 def test_one_rectangle_is_a_box() -> None:
-    """A domain of one cell without places is the model's box; other variables keep theirs."""
     model = sector_model(plant(), domain=Domain.of_box({X: Interval.of(1, 2)}))
 
     assert model.domain is None
@@ -179,7 +172,6 @@ def test_the_mass_matrix_need_not_be_regular_off_the_band() -> None:
 
 
 def test_the_choice_of_a_form_looks_at_the_band() -> None:
-    """Counting rules takes the domain as the model does."""
     count = rule_count(plant(), domain=band())
 
     assert count.rules == len(on_the_band().rules)

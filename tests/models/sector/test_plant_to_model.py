@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import (
@@ -33,12 +33,10 @@ NARROW = Interval.of(-1, 1)
 def variable(
     symbol: sp.Symbol, lower: object = -1, upper: object = 1, rest: object = 0
 ) -> Variable:
-    """Return a variable with a range and a rest value."""
     return Variable(symbol, "-", Interval.of(str(lower), str(upper)), Fraction(str(rest)))
 
 
 def plant(*rows: object, **changes: object) -> Plant:
-    """Return a plant of the states q, p, ... with the input u, each in [-1, 1]."""
     states = tuple(variable(s) for s in (Q, P, R, S)[: len(rows)])
     options: dict[str, object] = {"states": states, "inputs": (Variable(U),), "name": "test"}
     return Plant(equations=tuple(map(sp.sympify, rows)), **(options | changes))  # type: ignore[arg-type]
@@ -95,7 +93,7 @@ def off_zero() -> Plant:
 
 CASES = {
     "pendulum": (pendulum, {}, 4),
-    "textbook": (pendulum, {"premises": TEXTBOOK}, 16),
+    "textbook": (pendulum, {"premises": TEXTBOOK, "tolerance": "1e-6"}, 16),
     "least": (pendulum, {"choice": "least-conservative"}, None),
     "cart": (cart, {}, 16),
     "singularities": (singular_everywhere_else, {}, None),
@@ -112,7 +110,6 @@ def model_of(case: str) -> tuple[Plant, TSModel]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-@settings(max_examples=25, derandomize=True, deadline=None)
 @given(shares=st.lists(st.floats(0, 1), min_size=5, max_size=5))
 def test_the_model_equals_the_plant_on_its_box(case: str, shares: list[float]) -> None:
     """A(z) dx + B(z) du = M^-1 f(x, u) (minus x* in discrete time) anywhere in the box."""
@@ -157,11 +154,44 @@ def test_number_of_rules(case: str) -> None:
     assert model.derivation.exactness == "checked symbolically"
 
 
-def test_fixed_premises_keep_their_names_and_order() -> None:
-    """The user's symbols and expressions stand in the model as they were given."""
+def test_textbook_bounds_of_the_pendulum() -> None:
+    """Tanaka and Wang (2001), section 2.2: the extrema of the four premises, in closed form."""
     _, model = model_of("textbook")
+    beta = np.cos(1.4)
+    expected = {
+        "z1": (1 / (2 / 3 - 0.1 * beta**2), 1 / (2 / 3 - 0.1)),
+        "z2": (np.sin(1.4) / 1.4, 1.0),
+        "z3": (-4.0, 4.0),
+        "z4": (beta, 1.0),
+    }
 
-    assert [p.name for p in model.premises] == ["z1", "z2", "z3", "z4"]
+    assert [p.name for p in model.premises] == list(expected)
+    for premise in model.premises:
+        low, high = expected[premise.name]
+        assert float(premise.lower) == pytest.approx(low, rel=1e-5)
+        assert float(premise.upper) == pytest.approx(high, rel=1e-5)
+        assert premise.lower <= Fraction(low) + Fraction(1, 10**12)
+        assert premise.upper >= Fraction(high) - Fraction(1, 10**12)
+
+
+def test_parameters_disturbances_and_outputs() -> None:
+    """q' = -c q^3 + w, y = q^3: one premise q^2 is shared by A and C."""
+    c = sp.Symbol("c")
+    model = sector_model(
+        plant(
+            -c * Q**3 + W,
+            states=(variable(Q, -2, 2),),
+            inputs=(),
+            disturbances=(Variable(W),),
+            outputs=(Output("y", -c * Q**3),),
+            parameters=(Parameter(c, Fraction(1, 2)),),
+        )
+    )
+
+    assert len(model.rules) == 2
+    np.testing.assert_allclose(model.E, 1)
+    np.testing.assert_allclose(model.A, model.C)
+    assert sorted(model.A.ravel().tolist()) == pytest.approx([-2, 0], abs=1e-5)
 
 
 def test_a_tie_in_rules_goes_to_the_smaller_hull() -> None:
@@ -193,7 +223,6 @@ def test_affine_combinations_cost_no_premise() -> None:
 
 
 def test_a_constant_premise_costs_no_rule() -> None:
-    """A range of one point makes r a number."""
     states = (variable(Q), variable(P), variable(R, 2, 2, 2))
     model = sector_model(plant(P * Q, -P + Q, 0, states=states, inputs=()))
 
@@ -201,7 +230,6 @@ def test_a_constant_premise_costs_no_rule() -> None:
 
 
 def test_rest_is_the_origin_and_outputs_are_deviations() -> None:
-    """At rest all deviations vanish; names say which variables are deviations."""
     _, model = model_of("off zero")
 
     assert model.states == ("delta_q [-]", "p [-]")
@@ -211,7 +239,6 @@ def test_rest_is_the_origin_and_outputs_are_deviations() -> None:
     assert model.box["delta_q [-]"] == (Fraction(-1, 2), Fraction(1, 2))
 
 
-@settings(max_examples=20, derandomize=True, deadline=None)
 @given(
     st.lists(st.fractions(-3, 3, max_denominator=9), min_size=3, max_size=3),
     st.fractions(-1, 1, max_denominator=7),
@@ -237,7 +264,6 @@ def test_polynomials_have_exact_divided_differences(
 
 
 def with_mass(entry: sp.Expr) -> Plant:
-    """Return q' = p, entry * p' = u."""
     return plant(P, U - Q, mass=sp.diag(1, entry))
 
 
@@ -255,6 +281,8 @@ def with_mass(entry: sp.Expr) -> Plant:
         ),
         (lambda: sector_model(plant(Q * U**2)), "row 1: u enters nonlinearly .*q\\*u\\*\\*2"),
         (lambda: sector_model(plant(sp.sin(U) + Q)), "row 1: u enters nonlinearly"),
+        (lambda: sector_model(plant(Q / (P - 1), P)), "has a pole at p - 1 = 0"),
+        (lambda: sector_model(plant(Q * sp.gamma(P + 8), P)), "no ball arithmetic for gamma"),
         (lambda: sector_model(plant(Q), choice="best"), "choice 'best' was given"),  # type: ignore[arg-type]
         (
             lambda: sector_model(plant(Q**2), premises={sp.Symbol("a"): sp.cos(Q)}),
@@ -275,7 +303,6 @@ def with_mass(entry: sp.Expr) -> Plant:
     ],
 )
 def test_misuse_names_place_and_cure(build: object, message: str) -> None:
-    """Each mistake raises ModelError that says where it is."""
     with pytest.raises(ModelError, match=message):
         build()  # type: ignore[operator]
 
@@ -307,7 +334,6 @@ def test_disturbances_go_to_their_own_column_or_are_premises() -> None:
 
 
 def test_the_derivation_tells_weights_rules_and_vertices() -> None:
-    """Four rules: a table of four lines and four vertices, in the model's own order."""
     _, model = model_of("pendulum")
     assert model.derivation is not None
     steps = {step.title: step.latex for step in model.derivation.steps}
@@ -349,7 +375,6 @@ def test_units_as_far_as_the_expression_tells(expression: sp.Expr, unit: str) ->
 
 
 def test_a_table_tells_its_unit() -> None:
-    """The slope of a force over a length is N/m."""
     spring = table_function(
         "spring",
         interpolate_curve([0, 1, 2, 3, 4], [0, 1, 3, 4, 9]),

@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import Domain, Interval, ModelError, Plant, Variable, sector_model
@@ -47,10 +47,7 @@ def test_a_sum_whose_variables_stand_elsewhere_stays_as_it_is() -> None:
 
 @pytest.mark.parametrize("text", ["(exp(x/(1 + x)) - 1)/x", "(exp(1 - 1/(1 + x)) - 1)/x"])
 def test_a_variable_that_divides_by_itself_keeps_its_singularity(text: str) -> None:
-    """Arrhenius' law about its reference divides by the sum 1 + x and by x, with the limit 1.
-
-    x/(1 + x) rises and falls off as x grows: the range over [-1/2, 1/2] is that of the ends.
-    """
+    """Arrhenius' law about its reference divides by the sum 1 + x and by x, with the limit 1."""
     symbol = sp.Symbol("x", real=True)
     expression = sp.sympify(text, {"x": symbol})
     found = expression_range(expression, {symbol: Interval.of("-0.5", "0.5")})
@@ -62,7 +59,6 @@ def test_a_variable_that_divides_by_itself_keeps_its_singularity(text: str) -> N
 
 
 def test_a_difference_and_its_negative_are_one_premise() -> None:
-    """A reaction that uses up x and heats y: exp stands in both rows, with opposite signs."""
     rate = sp.exp(Y / (1 + Y)) * (1 + X) - 1
     states = tuple(Variable(s, range=Interval.of("-0.2", "0.2")) for s in (X, Y))
     model = sector_model(
@@ -71,15 +67,6 @@ def test_a_difference_and_its_negative_are_one_premise() -> None:
 
     assert len(model.rules) == 4
     assert len({str(premise.proof.expression) for premise in model.premises if premise.proof}) == 2
-
-
-def test_other_variables_stay_beside_the_sum() -> None:
-    """w sin(s)/s, w in [2, 3]: the range is the product's."""
-    box = BOX | {W: Interval.of(2, 3)}
-    found = expression_range(W * sinc(X + 2 * Y), box)
-
-    assert float(found.outer.upper) == pytest.approx(3, rel=1e-6)
-    assert float(found.outer.lower) == pytest.approx(2 * math.sin(2.1) / 2.1, rel=1e-6)
 
 
 def test_a_pole_along_a_sum_is_named_by_the_sum() -> None:
@@ -92,7 +79,6 @@ def test_a_pole_along_a_sum_is_named_by_the_sum() -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=40, deadline=None, derandomize=True)
 @given(
     st.fractions(-3, 3, max_denominator=7),
     st.fractions(-3, 3, max_denominator=7),
@@ -144,7 +130,6 @@ def trailer() -> Plant:
 
 
 def test_the_truck_and_trailer_has_two_rules_in_the_papers_states() -> None:
-    """One premise sin(s)/s of a sum; the model is the plant also where the sum vanishes."""
     model = sector_model(trailer())
     assert len(model.rules) == 2
     assert model.premises[0].name == "turn"

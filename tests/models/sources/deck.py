@@ -121,10 +121,7 @@ def table_text() -> str:
 
 
 def written_deck(folder: Path, **texts: str) -> Path:
-    """Write the deck and ROSCO's files beside each other; return the folder of the deck.
-
-    A text given by the name of a file's constant, in lower case, stands in its place.
-    """
+    """A text given by the name of a file's constant, in lower case, stands in its place."""
     files = {
         "small.fst": texts.get("fst", FST),
         "elasto.dat": texts.get("elastodyn", ELASTODYN),

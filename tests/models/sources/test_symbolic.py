@@ -127,7 +127,6 @@ def test_what_does_not_fit_is_told(changes: dict[str, Any], told: str) -> None:
 
 
 def test_the_library_s_plants_survive_their_text(tmp_path: Path) -> None:
-    """File, plant, file: symbol by symbol the same, rests that are solved for included."""
     for name in ("cart_pole", "tora", "henon", "two_mass_spring", "flexible_link", "lorenz"):
         plant = load_model(name)
         assert isinstance(plant, Plant)

@@ -10,13 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates import TurbineDesign
-from takagi.models.laws.protocol import Command, Measurement, SampledLaw
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.discon.library import export
 from takagi.reports.code.targets import ExportSettings
 from tests.reports.code.compiled import STRICT, compiler, run
-from tests.reports.filtered_speed import FilteredSpeed
 
 GEAR_RATIO = 97.0
 
@@ -37,13 +34,11 @@ def built(program: ControllerProgram, folder: Path) -> Path:
 
 
 def input_file(library: Path) -> Path:
-    """Return the input file that was written beside a library."""
     (file,) = library.parent.glob("*_discon.IN")
     return file
 
 
 def edited(source: Path, to: Path, **values: object) -> Path:
-    """Write an input file with other values for some keys."""
     lines = source.read_text(encoding="utf-8").splitlines()
     for key, value in values.items():
         (at,) = (k for k, line in enumerate(lines) if line.split("=")[0].strip() == key)
@@ -62,12 +57,7 @@ class Answer(NamedTuple):
 
 
 class Simulator:
-    """One simulation that calls a library.
-
-    Attributes
-    ----------
-    swap : the records; number k is ``swap[k - 1]``.
-    """
+    """One simulation that calls a library; record k is ``swap[k - 1]``."""
 
     def __init__(self, library: Path, input_file: Path, name: str = "run", step: float = 0.02):
         self._function = ctypes.CDLL(str(library)).DISCON
@@ -99,32 +89,3 @@ class Simulator:
         assert message.raw[self.room :] == b"\x7f" * (600 - self.room) + b"\x00"
         text = message.value.decode() if self.room else ""
         return Answer(float(self.swap[46]), pitches.pop(), fail.value, text)
-
-
-class PythonLaw:
-    """Low-pass, observer, law and rate limits of a design in Python, from their first sample on."""
-
-    def __init__(self, design: TurbineDesign, sample_time: float) -> None:
-        limits = design.turbine.torque_rate_limit, design.turbine.pitch_rate_limit
-        self._program = SampledLaw(design.law, sample_time, 0.0, *limits)
-        self._law, self._watch = design.law, design.observer.observer
-        self._started, self._design = False, design
-
-    def sample(self, measured: float, pitch: float, guess: float) -> Command:
-        """Return what is sent."""
-        T = self._program.sample_time
-        if not self._started:
-            assert self._design.speed_filter is not None
-            self._filter = FilteredSpeed(self._design.speed_filter, T, measured)
-        speed = self._filter(measured)
-        if not self._started:
-            self._estimator = self._watch.initial_state(speed, guess)
-            state = self._law.initial_state(guess)
-            first = self._law.command(state, Measurement(speed, pitch, guess))
-            self._within = self._program.start(guess, first)
-            self._started = True
-        seen = self._watch.wind_estimate(self._estimator)
-        command, self._within = self._program.step(self._within, Measurement(speed, pitch, seen))
-        rate = self._watch.state_rate(self._estimator, speed, pitch, command.torque)
-        self._estimator = self._estimator + T * rate
-        return command

@@ -43,7 +43,6 @@ def run(command: Sequence[str], folder: Path) -> str:
 def written(
     program: ControllerProgram, folder: Path, settings: ExportSettings | None = None
 ) -> str:
-    """Write what the target writes; return the word of its files."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in export(program, settings or ExportSettings()).files.items():
         assert isinstance(text, str)
@@ -58,13 +57,7 @@ def only_half(names: Sequence[str], name: str, precision: str, which: int) -> No
 
 
 class Compiled:
-    """A compiled law with a state of its own.
-
-    Attributes
-    ----------
-    state : the C structure, to look at and to damage.
-    status : bits of the last step.
-    """
+    """A compiled law with a C structure as its ``state``, and the bits of the last ``status``."""
 
     def __init__(
         self,
@@ -105,7 +98,6 @@ class Compiled:
         self._message.restype = ctypes.c_char_p
 
     def zeroed(self) -> None:
-        """Forget the state, as memory that was never touched."""
         self.state = self._state()
 
     def init(self, sample_time: float) -> int:
@@ -124,17 +116,14 @@ class Compiled:
         return {name: getattr(sent, member) for name, member in self.c.outputs.items()}
 
     def kept(self) -> dict[str, float]:
-        """The kept values by their names in the program."""
         return {name: getattr(self.state.kept, member) for name, member in self.c.kept.items()}
 
     def keep(self, values: Mapping[str, float]) -> None:
-        """Set kept values, as after a first sample."""
         self.state.samples = 1
         for name, value in values.items():
             setattr(self.state.kept, self.c.kept[name], value)
 
     def bit(self, word: str) -> bool:
-        """Return whether the last step set a status bit."""
         return bool(self.status & self.c.status_bits[word])
 
 

@@ -17,7 +17,6 @@ from tests.certificates.recorded.answers import recorded
 
 
 def program_of(design: TurbineDesign) -> ControllerProgram:
-    """Return it as `takagi export` reads it from the file."""
     text = dump_gains(gain_file(design))
     return controller_program(json.loads(text, parse_float=Decimal, parse_int=Decimal))
 

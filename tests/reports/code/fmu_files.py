@@ -40,10 +40,7 @@ def compiled_once(sources: Mapping[str, str], compiled: Iterable[str]) -> target
 def exported(
     gains: Path, without: Sequence[str] = (), *, anew: bool = False, **settings: Any
 ) -> tuple[ControllerProgram, Exported]:
-    """Write the FMUs of a gain file beside it; return its program and what was written.
-
-    ``anew`` compiles the sources again that were compiled before.
-    """
+    """Write the FMUs of a gain file beside it; ``anew`` compiles what was compiled before."""
     program = read_controller(gains, without=without)
     with patch.object(target, "library", LIBRARY if anew else compiled_once):
         found = export(program, ExportSettings(**settings))
@@ -65,7 +62,6 @@ def simulated(
     inputs: Mapping[str, Sequence[float]],
     start: Mapping[str, float] | None = None,
 ) -> Any:
-    """Return FMPy's trajectory at equally spaced times, inputs as they are at each."""
     table = np.zeros(len(times), dtype=[("time", float)] + [(name, float) for name in inputs])
     table["time"] = times
     for name, values in inputs.items():

@@ -1,8 +1,4 @@
-"""A small interpreter of Structured Text: as much of IEC 61131-3 as a function block here has.
-
-It was written from the standard, and knows nothing of what is exported: declarations with start
-values and arrays, assignments, IF, FOR, WHILE, EXIT, standard functions of LREAL.
-"""
+"""A small interpreter of IEC 61131-3's Structured Text, from the standard, for tests alone."""
 
 from __future__ import annotations
 
@@ -28,17 +24,11 @@ Run = Callable[[dict[str, Any]], Any]
 
 
 class _Exit(Exception):
-    """EXIT of the innermost loop."""
+    pass
 
 
 class FunctionBlock:
-    """A function block in memory; ``call`` runs its body once.
-
-    Attributes
-    ----------
-    values : every variable by its name in capitals; arrays as dicts by index.
-    inputs, outputs : names in capitals.
-    """
+    """Variables by their names in capitals, arrays as dicts by index; ``call`` runs it once."""
 
     def __init__(self, text: str) -> None:
         plain = re.sub(r"\(\*.*?\*\)", " ", text, flags=re.DOTALL)
@@ -57,7 +47,6 @@ class FunctionBlock:
         assert self._at == len(self._tokens)
 
     def call(self, **inputs: Any) -> dict[str, float]:
-        """Run the body with these inputs; those that are not given keep their values."""
         for name, value in inputs.items():
             assert name.upper() in self.inputs, name
             self.values[name.upper()] = value

@@ -28,6 +28,7 @@ from tests.reports.code.compiled import (
     run,
     written,
 )
+from tests.reports.code.design_program import recorded_program
 from tests.reports.code.language_document import every_function
 from tests.reports.test_gain_file_alone import PLANTS, plant_file
 
@@ -47,7 +48,6 @@ def compiled(program: ControllerProgram, tmp_path_factory: pytest.TempPathFactor
 
 @pytest.fixture
 def law(compiled: Compiled) -> Compiled:
-    """The law with a state that was never touched."""
     compiled.zeroed()
     compiled.status = 0
     return compiled
@@ -74,7 +74,6 @@ def test_the_last_good_input_stands_in(law: Compiled, bad: float) -> None:
 def test_a_bad_first_sample_starts_from_rest(
     law: Compiled, program: ControllerProgram, bad: float
 ) -> None:
-    """What is sent is finite, and later samples move from it no faster than the actuators."""
     rest = {one.name: float(one.rest or 0) for one in program.inputs}
     T, limits = 0.01, load_turbine("nrel5mw")
     law.init(T)
@@ -138,7 +137,6 @@ def test_a_command_at_a_limit_is_told(law: Compiled) -> None:
 
 
 def test_a_step_before_init(law: Compiled) -> None:
-    """A zeroed state starts with the usual time; it is told once."""
     given = {"speed": 1.1, "pitch": 0.1}
     law.zeroed()
     sent = law.step(given)
@@ -204,7 +202,6 @@ CALLS = 10_000_000
 def build(
     program: ControllerProgram, folder: Path, precision: str, *flags: str, by: str = "cc"
 ) -> Path:
-    """Compile the harness with a law; warnings are errors in it too."""
     word = written(program, folder, ExportSettings(precision=cast(Precision, precision)))
     shutil.copy(HARNESS, folder / "fuzz.c")
     names = f"-DW={word}", f'-DHEADER="{word}.h"'
@@ -243,7 +240,6 @@ def test_many_random_bytes(name: str, precision: str, tmp_path: Path, reduced: b
 
 @pytest.mark.slow
 def test_a_fuzzer_that_looks_for_paths(tmp_path: Path, reduced: bool) -> None:
-    """libFuzzer, where clang is installed: it looks for inputs that reach new code."""
     empty = tmp_path / "empty.c"
     empty.write_text("int LLVMFuzzerTestOneInput(const char *b, unsigned long n);\n"
                      "int LLVMFuzzerTestOneInput(const char *b, unsigned long n)\n"
@@ -257,3 +253,86 @@ def test_a_fuzzer_that_looks_for_paths(tmp_path: Path, reduced: bool) -> None:
     fuzz = build(program, tmp_path / "c", "double", *flags, by="clang")
 
     run([str(fuzz), f"-runs={20_000 if reduced else 1_000_000}", "-seed=1"], tmp_path)
+
+
+# ------------------------------------------------------------------ the wind estimate
+
+T, RATED = 0.01, 1.267109037  # s, rad/s
+HELD = "the wind estimate is held at a limit, or at the end of a table"
+
+
+@pytest.fixture(scope="module")
+def observed(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
+    """The default law of the NREL 5-MW turbine, from a recorded certificate."""
+    return Compiled(recorded_program(), tmp_path_factory.mktemp("law"))
+
+
+@pytest.fixture
+def estimator(observed: Compiled) -> Compiled:
+    observed.zeroed()
+    observed.status = 0
+    return observed
+
+
+def held(
+    estimator: Compiled, speed: float, pitch: float, guess: float, seconds: float
+) -> list[bool]:
+    estimator.init(T)
+    found = []
+    for _ in range(round(seconds / T)):
+        sent = estimator.step({"measured_speed": speed, "pitch": pitch, "wind_guess": guess})
+        assert all(map(math.isfinite, (*sent.values(), *estimator.kept().values())))
+        found.append(estimator.bit("ESTIMATE_HELD"))
+    return found
+
+
+def test_an_estimate_that_is_free_is_not_said_to_be_held(estimator: Compiled) -> None:
+    assert not any(held(estimator, RATED, 0.18, 15.0, 20.0))
+    assert not estimator.bit("INPUT_OUTSIDE")
+
+
+def test_a_rotor_that_is_too_fast_drives_it_to_its_upper_limit(estimator: Compiled) -> None:
+    """With pitch at 29 degrees the table's torque is small: no wind explains the speed."""
+    told = held(estimator, 1.4 * RATED, 0.5, 20.0, 40.0)
+    assert not told[0] and told[-1]
+    assert estimator.kept()["v_hat"] >= 37.5 - 0.1
+    assert estimator.message(estimator.c.status_bits["ESTIMATE_HELD"]) == HELD
+
+
+def test_beyond_the_winds_of_the_law_it_is_said(estimator: Compiled) -> None:
+    """From 25 m/s on the law reads its tables at their end, below the observer's limit."""
+    told = held(estimator, 1.4 * RATED, 0.5, 20.0, 40.0)
+    first = told.index(True)
+    held(estimator, 1.4 * RATED, 0.5, 20.0, (first + 1) * T)
+    assert 25.0 < estimator.state.outputs.wind_estimate < 25.5
+
+
+@pytest.mark.parametrize("speed", [0.0, -0.1, 0.05])
+def test_a_rotor_that_stands_or_stalls_is_told(estimator: Compiled, speed: float) -> None:
+    """Its tip-speed ratio lies below the table of the torque."""
+    told = held(estimator, speed, 0.0, 8.0, 30.0)
+    assert all(told)
+
+
+def test_pitch_beyond_the_table_is_told(estimator: Compiled) -> None:
+    """The table ends at 30 degrees, the pitch's range at 90."""
+    assert held(estimator, RATED, 0.6, 15.0, T)[-1]
+    assert not estimator.bit("INPUT_OUTSIDE")
+    assert not held(estimator, RATED, 0.5, 15.0, T)[-1]
+
+
+@pytest.mark.parametrize("pitch", [-1.4e-45, -1e-6])
+def test_a_hair_below_the_lowest_pitch_nothing_is_told(estimator: Compiled, pitch: float) -> None:
+    held(estimator, 1.0, 0.0, 8.0, 2.0)
+    kept, status = estimator.kept(), estimator.status
+    assert not any(held(estimator, 1.0, pitch, 8.0, 2.0))
+    assert (
+        estimator.kept() == pytest.approx(kept, rel=1e-7, abs=1e-7) and estimator.status == status
+    )
+    assert not estimator.bit("INPUT_OUTSIDE")
+
+
+def test_as_float_under_all_warnings(tmp_path: Path) -> None:
+    law = Compiled(recorded_program(), tmp_path, precision="float", flags=STRICT)
+    assert not any(held(law, RATED, 0.18, 15.0, 1.0))
+    assert all(held(law, 0.0, 0.0, 8.0, 1.0))

@@ -12,7 +12,7 @@ import pytest
 
 from takagi.certificates import TurbineDesign
 from takagi.models import ModelError
-from takagi.models.laws.protocol import Law, Measurement, SampledLaw, sampled
+from takagi.models.laws.protocol import Law, Measurement, sampled
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.trim import trim
@@ -37,11 +37,12 @@ from tests.reports.code.compiled import (
     written,
 )
 from tests.reports.code.language_document import every_function
-from tests.reports.filtered_speed import FilteredSpeed
+from tests.reports.python_law import PythonLaw
 from tests.reports.test_gain_file_alone import (
     LAWS,
     PLANTS,
     VARIANTS,
+    law_walks,
     laws_of,
     plant_file,
     plant_law,
@@ -58,7 +59,6 @@ PUBLISHED = 1e-9
 
 
 def count_of(many: bool, reduced: bool) -> int:
-    """Return how many random samples a law gets."""
     return 100 if not many else MANY // 20 if reduced else MANY
 
 
@@ -79,7 +79,6 @@ def long_too(*names: str) -> list[object]:
 
 
 def require_run_alike(compiled: Compiled, program: ControllerProgram) -> None:
-    """Require that C sends what the program run in Python sends, to 1e-12."""
     run = ProgramRun(program)
     compiled.init(0.05)
     for given in _near_rest(program):
@@ -90,10 +89,7 @@ def require_run_alike(compiled: Compiled, program: ControllerProgram) -> None:
 
 @pytest.mark.parametrize(("name", "many"), long_too(*PLANTS))
 def test_the_law_of_a_plant(name: str, many: bool, tmp_path: Path, reduced: bool) -> None:
-    """At rest, near points where a premise is 0/0, in the box, outside it, at saturation.
-
-    And what C sends is what the program sends that is run in Python.
-    """
+    """At rest, near 0/0, in the box, outside it, at saturation: as the program in Python."""
     plant, law = plant_law(name)
     program = read_controller(plant_file(name, tmp_path))
     compiled = Compiled(program, tmp_path)
@@ -141,37 +137,26 @@ def test_the_law_of_a_turbine(
     reduced: bool,
 ) -> None:
     """Against the program to 1e-12, and against the law in Python, states running on."""
-    law, T, rng = laws[name], 0.02, Random(5)
+    law, T, top = laws[name], 0.02, turbine_design.turbine.rated_torque
     path = turbine_file(turbine_design, law, tmp_path)
     program = read_controller(path, without=("speed filter", "observer", "rate limits"))
     compiled, run = Compiled(program, tmp_path), ProgramRun(program)
-    top = turbine_design.turbine.rated_torque
     within = EXACT if name == "coherent" else PUBLISHED
     kept = [one.name for one in program.kept]
-    for _ in range(count_of(many, reduced) // 25):
-        mean, state = rng.uniform(2.0, 27.0), np.zeros(0)
+    for walk in law_walks(law, count_of(many, reduced) // 25, Random(5)):
         compiled.init(T)
         run.kept = {}
-        for k in range(25):
-            wind, speed = mean + rng.gauss(0, 1), rng.uniform(0.6, 1.45)
-            measured = Measurement(speed, rng.uniform(-0.05, 0.45), wind)
-            if k == 0 and law.name == "coherent":
-                state = law.initial_state(wind)
-            elif k == 0:
-                # From anywhere: the start is a choice, not a part of the law.
-                state = np.array([rng.uniform(-6, 1) for _ in law.state_names])
-                run.kept = dict(zip(kept, state.tolist(), strict=True))
-                compiled.keep(run.kept)
-            command, later = sampled(law, state, measured, T)
-            given = {"speed": speed, "pitch": measured.pitch, "wind_estimate": wind}
-            given = {one.name: given[one.name] for one in program.inputs}
+        if walk[0].start:
+            run.kept = dict(zip(kept, walk[0].start, strict=True))
+            compiled.keep(run.kept)
+        for seen in walk:
+            given = {one.name: seen.measured[one.name] for one in program.inputs}
             sent, same = compiled.step(given), run.sample(T, given)
             for signal, largest in (("torque", top), ("pitch_reference", 1.0)):
                 assert close(sent[signal], same[signal], largest)
-            assert close(sent["torque"], command.torque, top, within)
-            assert close(sent["pitch_reference"], command.pitch, 1.0, within)
-            state = later
-            for one, value in zip(kept, state, strict=False):
+            assert close(sent["torque"], seen.command.torque, top, within)
+            assert close(sent["pitch_reference"], seen.command.pitch, 1.0, within)
+            for one, value in zip(kept, seen.later, strict=False):
                 assert close(compiled.kept()[one], run.kept[one], 1.0)
                 assert close(compiled.kept()[one], float(value), 1.0, within)
 
@@ -181,30 +166,19 @@ def test_the_whole_controller_in_its_order(
     many: bool, turbine_design: TurbineDesign, tmp_path: Path, reduced: bool
 ) -> None:
     """Observer, law, rate limits: as ``takagi simulate`` runs them, sample by sample."""
-    design, T, rng = turbine_design, 0.01, Random(7)
+    T, rng = 0.01, Random(7)
     path = tmp_path / "gains.json"
-    path.write_text(dump_gains(gain_file(design)), encoding="utf-8")
-    compiled, watch = Compiled(read_controller(path), tmp_path), design.observer.observer
-    limits = design.turbine.torque_rate_limit, design.turbine.pitch_rate_limit
-    program = SampledLaw(design.law, T, 0.0, *limits)
-    top = design.turbine.rated_torque
+    path.write_text(dump_gains(gain_file(turbine_design)), encoding="utf-8")
+    compiled, top = Compiled(read_controller(path), tmp_path), turbine_design.turbine.rated_torque
     for _ in range(max(1, count_of(many, reduced) // 150)):
         speed, pitch, guess = rng.uniform(0.8, 1.3), 0.05, rng.uniform(4, 22)
-        estimator = watch.initial_state(speed, guess)
-        first = Measurement(speed, pitch, guess)
-        within = program.start(guess, design.law.command(design.law.initial_state(guess), first))
         compiled.init(T)
-        assert design.speed_filter is not None
-        filtered_speed = FilteredSpeed(design.speed_filter, T, speed)
+        law = PythonLaw(turbine_design, T)
         for _ in range(150):
-            filtered = filtered_speed(speed)
-            seen = watch.wind_estimate(estimator)
-            command, within = program.step(within, Measurement(filtered, pitch, seen))
+            command = law.sample(speed, pitch, guess)
             sent = compiled.step({"measured_speed": speed, "pitch": pitch, "wind_guess": guess})
-            rate = watch.state_rate(estimator, filtered, pitch, command.torque)
-            estimator = estimator + T * rate
             # 150 samples in a loop: the rounding of the observer's spline goes round.
-            assert close(sent["wind_estimate"], seen, 25.0, 1e-11)
+            assert close(sent["wind_estimate"], law.estimate, 25.0, 1e-11)
             assert close(sent["torque_sent"], command.torque, top, 1e-11)
             assert close(sent["pitch_sent"], command.pitch, 1.0, 1e-11)
             speed = min(max(speed + rng.uniform(-0.03, 0.03), 0.5), 1.6)
@@ -213,7 +187,6 @@ def test_the_whole_controller_in_its_order(
 
 @pytest.mark.parametrize(("name", "many"), long_too("nrel5mw", "iea15mw"))
 def test_the_baseline_law(name: str, many: bool, tmp_path: Path, reduced: bool) -> None:
-    """Every region, both ends of the integral, and from rest at the trim's own states."""
     turbine = load_turbine(name)
     law, T, rng = BaselineLaw(turbine), 0.0125, Random(3)
     program = baseline_program(turbine, without=("rate limits",))
@@ -309,7 +282,6 @@ def program() -> ControllerProgram:
 
 
 def test_names_that_c_takes(tmp_path: Path) -> None:
-    """A plant whose states are keywords, macros and functions of C."""
     document = every_function()
     words = ("double", "I", "int", "y0", "sin_", "NAN", "state", "min", "own_law_real")
     document["programs"][0]["read"] = [
@@ -390,7 +362,6 @@ def test_numbers_that_a_type_cannot_hold_are_refused() -> None:
 
 
 def clean(program: ControllerProgram, folder: Path, precision: str) -> None:
-    """Compile as C99 and C++ with all warnings as errors; run self-test and example."""
     word = written(program, folder, ExportSettings(precision=_precision(precision)))
     law, test = f"{word}.c", f"{word}_test.c"
     run([compiler(), *C99, *STRICT, *SANITIZED, *NO_DIVISION_BY_ZERO, law, test, "-lm",
@@ -437,7 +408,6 @@ def test_no_warning_for_any_plant(name: str, precision: str, tmp_path: Path, red
 
 @pytest.mark.slow
 def test_other_tools_have_nothing_to_say(tmp_path: Path, program: ControllerProgram) -> None:
-    """clang, where it is installed, and the analyzer of gcc."""
     word = written(program, tmp_path)
     run([compiler("gcc"), *C99, *STRICT, "-fanalyzer", "-c", f"{word}.c"], tmp_path)
     run([compiler("clang"), *C99, *STRICT, "-Weverything", "-Wno-declaration-after-statement",

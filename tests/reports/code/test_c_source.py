@@ -40,7 +40,6 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def design(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A certificate, its gain file, and a scheduled law in C: the folder where they are."""
     out = tmp_path_factory.mktemp("design") / "out"
     with undrawn():
         assert main(["design", "truck_trailer", "--out", str(out), "--effort", "small"]) == 0
@@ -50,7 +49,6 @@ def design(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def copied(design: Path, folder: Path, what: str = "", by: str = "") -> Path:
-    """Copy the C files of a design, with the first place of a pattern changed in the source."""
     for file in (design / "c").iterdir():
         folder.joinpath(file.name).write_bytes(file.read_bytes())
     path = folder / "truck_with_trailer.c"
@@ -155,7 +153,6 @@ def test_the_gain_file_is_needed(design: Path, tmp_path: Path, capsys: Capture) 
 
 @pytest.mark.parametrize("name", PLANTS)
 def test_every_plant_s_export_is_its_own(name: str, tmp_path: Path) -> None:
-    """In both types, and with a time that the user chose."""
     gains = plant_file(name, tmp_path)
     program = read_controller(gains)
     for settings in (
@@ -251,7 +248,6 @@ def file_of(kind: str) -> Document:
 
 
 def file_from(written: str) -> Document:
-    """Return the gain file that follows from a certificate."""
     return dict(with_decimals(gain_file.expected_file(read_text(written, "certificate"))))
 
 
@@ -283,7 +279,6 @@ def test_a_turbines_file_is_refused(turbine: Document, places: str) -> None:
 
 
 def test_a_plants_file_is_refused() -> None:
-    """The range of an input, within which the program holds its command."""
     plant = file_of("tracking")
     assert program_reading.controller_program(plant).kind == "plant"
     changed = deepcopy(plant)
@@ -341,7 +336,6 @@ def test_a_law_is_refused(change: dict[str, float], words: str) -> None:
 
 
 def with_one_wind_more(turbine: Document, wind: str) -> Document:
-    """Return the file with one interval more, of equal numbers."""
     changed = deepcopy(turbine)
     law = changed["law"]
     for row in (one for one in law.values() if isinstance(one, list)):

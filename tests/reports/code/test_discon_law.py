@@ -26,13 +26,13 @@ from takagi.reports.code.targets import ExportSettings
 from tests.reports.code.bladed import (
     GEAR_RATIO,
     Answer,
-    PythonLaw,
     Simulator,
     built,
     edited,
     input_file,
 )
 from tests.reports.code.design_program import program_of
+from tests.reports.python_law import PythonLaw
 from tests.reports.test_gain_file_alone import plant_file
 
 EXACT = 1e-6
@@ -69,12 +69,10 @@ def rows(turbine_design: TurbineDesign) -> list[Row]:
 
 
 def _whole(wind: WindSeries) -> WindSeries:
-    """Return the wind over a whole number of samples."""
     return WindSeries(np.append(wind.time[:-1], 70.0), wind.speed, wind.name)
 
 
 def sent(library: Path, file: Path, rows: list[Row]) -> Iterator[tuple[float, float]]:
-    """Yield torque and pitch demand for each row; first and last call around them."""
     run = Simulator(library, file, step=T)
     run.pitch(rows[0][2])
     assert run.call(0, 0.0)[2:] == (0, "")
@@ -88,7 +86,6 @@ def sent(library: Path, file: Path, rows: list[Row]) -> Iterator[tuple[float, fl
 
 
 def seen_speed(speed: float) -> float:
-    """Return the rotor speed that the library reads from record 20."""
     return float(np.float32(speed * GEAR_RATIO)) / GEAR_RATIO
 
 
@@ -104,10 +101,7 @@ def test_a_run_of_wind_steps(library: Path, rows: list[Row], turbine_design: Tur
 
 
 def test_the_log_says_where_the_estimate_is_held(library: Path, tmp_path: Path) -> None:
-    """A rotor that stops: behind the filter its tip-speed ratio falls below the table's.
-
-    It is no message: in a gust above 25 m/s the estimate is held as well, beyond the law's tables.
-    """
+    """A rotor that stops has a tip-speed ratio below the table's; that is no message."""
     log = tmp_path / "log.csv"
     run = Simulator(library, edited(input_file(library), tmp_path / "i", log_file=log),
                     "held", T)  # fmt: skip
@@ -141,7 +135,6 @@ def test_the_wind_of_record_27(
 def test_filter_sample_time_and_drive(
     drive: str, library: Path, rows: list[Row], turbine_design: TurbineDesign, tmp_path: Path
 ) -> None:
-    """The law every third step, of a filtered speed, before a drive at its rate limit."""
     file = edited(
         input_file(library), tmp_path / "i", speed_filter=1.5, sample_time=3 * T,
         pitch_drive=drive, pitch_drive_rate=0.05,
@@ -189,7 +182,6 @@ def test_the_baseline_law(turbine_design: TurbineDesign, rows: list[Row], tmp_pa
 
 
 def test_a_checkpoint_goes_on_where_it_was(library: Path, rows: list[Row], tmp_path: Path) -> None:
-    """Bit by bit, read by a copy of the library that saw no first call."""
     file = edited(
         input_file(library), tmp_path / "i", pitch_drive="second_order",
         speed_filter=2.0, sample_time=2 * T, log_file=tmp_path / "log.csv",
@@ -232,7 +224,6 @@ def file(made: Path) -> Path:
 
 
 def started(copied: Path, file: Path, name: str, *, calls: int = 5) -> Simulator:
-    """Return a simulation after its first call and some running ones, 1.2 rad/s and 0.1 rad."""
     run = Simulator(copied, file, name, T)
     run.pitch(0.1)
     assert run.call(0, 0.0).fail == 0
@@ -242,7 +233,6 @@ def started(copied: Path, file: Path, name: str, *, calls: int = 5) -> Simulator
 
 
 def sane(answer: Answer) -> bool:
-    """Return whether what is sent is within the actuators' limits."""
     return 0 <= answer.torque <= 47402.92 and 0 <= answer.pitch <= math.pi / 2 + 1e-6
 
 
@@ -355,7 +345,6 @@ def test_an_unknown_status_holds(copied: Path, file: Path) -> None:
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("record", [2, 4, 20, 23, 27, 61])
 def test_a_record_that_is_not_finite(value: float, record: int, copied: Path, file: Path) -> None:
-    """Told once at most; what is sent stays within limits and rates, and the law recovers."""
     run, whole = started(copied, file, "bad"), started(copied, file, "good")
     last, told = run.call(1, 6 * T), 0
     whole.call(1, 6 * T)
@@ -385,15 +374,6 @@ def test_a_speed_out_of_range(speed: float, copied: Path, file: Path) -> None:
         assert sane(answer)
         assert abs(answer.pitch - last.pitch) <= 0.13962634 * T * (1 + 1e-3)
         last = answer
-
-
-def test_nothing_is_ever_finite(copied: Path, file: Path) -> None:
-    run = Simulator(copied, file, "nothing", T)
-    run.swap[:] = np.nan
-    run.room = 0
-    assert sane(run.call(0, math.nan))
-    for _ in range(20):
-        assert sane(run.call(1, math.nan))
 
 
 def test_two_blades_and_the_mean(copied: Path, file: Path) -> None:

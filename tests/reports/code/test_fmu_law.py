@@ -27,7 +27,6 @@ SAMPLES = 60
 
 
 def compared(gains: Path, time: float, random: Random) -> int:
-    """Compare both FMUs with the law in Python at random inputs; return how many values."""
     program, made = exported(gains, sample_time=time)
     times = time * np.arange(SAMPLES + 1)
     inputs = {}
@@ -58,14 +57,12 @@ def compared(gains: Path, time: float, random: Random) -> int:
     ],
 )
 def test_a_plant_s_law(name: str, tmp_path: Path) -> None:
-    """Rules, a blend with its kept effort, and a law in discrete time."""
     own = plant_law(name)[1].model.sample_time
 
     assert compared(plant_file(name, tmp_path), float(own or 0.05), Random(3)) >= 2 * SAMPLES
 
 
 def test_a_turbine_s_law(turbine_design: TurbineDesign, tmp_path: Path) -> None:
-    """Low-pass, observer, law and rate limits: eleven kept values."""
     gains = turbine_file(turbine_design, turbine_design.law, tmp_path)
 
     assert compared(gains, 0.02, Random(4)) == 2 * 6 * SAMPLES
@@ -231,7 +228,6 @@ int main(void)
 
 
 def test_bad_calls_under_sanitizers(tmp_path: Path) -> None:
-    """Values that are not numbers, references that do not exist, states with a damaged byte."""
     if shutil.which("cc") is None:
         pytest.skip("no cc on this machine")
     _, made = sources_alone(plant_file("split_range", tmp_path))
@@ -268,12 +264,7 @@ TIME = 0.01
 
 
 class Slave:
-    """A law as an instance that is called function by function.
-
-    Attributes
-    ----------
-    said : status and text of all messages.
-    """
+    """A law as an instance that is called function by function; ``said`` are its messages."""
 
     def __init__(self, file: Path, folder: Path, token: str | None = None) -> None:
         fmpy()

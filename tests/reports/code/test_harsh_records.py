@@ -1,10 +1,4 @@
-"""One law in all its forms, fed with the same records of a machine in trouble.
-
-Sensors that are stuck, pitch a hair below its limit, winds at and beyond the ends of the tables, a
-rotor that starts from standstill, inputs that are no numbers: the program in Python, the law and
-observer in Python, the C library, the Bladed-style library and both FMUs send the same commands,
-which are finite and within the limits.
-"""
+"""One law in all its forms, fed with the same records of a machine in trouble."""
 
 from __future__ import annotations
 
@@ -22,10 +16,11 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import trim
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.run import ProgramRun
-from tests.reports.code.bladed import GEAR_RATIO, PythonLaw, Simulator, built, input_file
+from tests.reports.code.bladed import GEAR_RATIO, Simulator, built, input_file
 from tests.reports.code.compiled import Compiled
 from tests.reports.code.design_program import program_of
 from tests.reports.code.fmu_files import exported, fmpy, simulated
+from tests.reports.python_law import PythonLaw
 from tests.reports.test_gain_file_alone import turbine_file
 
 T, SAMPLES = 0.02, 1000
@@ -117,7 +112,6 @@ def library(program: ControllerProgram, tmp_path_factory: pytest.TempPathFactory
 
 @pytest.fixture(scope="module")
 def units(turbine_design: TurbineDesign, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """The FMUs of the law, FMI 3.0 and 2.0."""
     folder = tmp_path_factory.mktemp("fmu")
     made = exported(turbine_file(turbine_design, turbine_design.law, folder), sample_time=T)[1]
     return [folder / name for name in made.files]
@@ -219,11 +213,7 @@ def test_what_is_no_number_is_the_last_good_one(
     law: Compiled,
     library: Path,
 ) -> None:
-    """One of the two readings at a time, for one sample or for five seconds.
-
-    The program in Python is given the last good reading instead.  The units run the same C; FMPy
-    interpolates its table of inputs, which spreads such a number to the samples beside it.
-    """
+    """One reading, for a sample or five seconds; FMPy alone spreads it to samples beside."""
     turbine = turbine_design.turbine
     good = as_read(swaying(turbine, 14.0))
     given = Record(good.speed.copy(), good.pitch.copy(), good.guess)

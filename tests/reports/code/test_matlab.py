@@ -9,12 +9,14 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.io import loadmat, savemat
 
 from takagi.certificates import TurbineDesign
+from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.main import main
 from takagi.models import ModelError, nrel5mw
 from takagi.reports.code.baseline import baseline_program
@@ -23,10 +25,11 @@ from takagi.reports.code.matlab.target import export, words_of
 from takagi.reports.code.program_reading import controller_program, read_controller
 from takagi.reports.code.run import ProgramRun
 from takagi.reports.code.targets import ExportSettings, certified
-from takagi.reports.gains_file.envelope import dump_gains, gain_file
+from takagi.reports.gains_file.envelope import dump_gains, gain_file, plant_gain_file
+from tests.plant_files import written
 from tests.reports.code.language_document import every_function
+from tests.reports.plant_designs import design_of
 from tests.reports.test_gain_file_alone import PLANTS, plant_file, plant_law, states_of
-from tests.undrawn import undrawn
 
 # Each row of `given` is one sample; a row of `sent` is its outputs and its status.
 DRIVER = """
@@ -46,7 +49,6 @@ save -v6 sent.mat sent
 def octave(
     program: ControllerProgram, rows: Sequence[dict[str, float]], time: float, folder: Path
 ) -> np.ndarray:
-    """Return outputs and status, a row for each sample."""
     command = shutil.which("octave-cli")
     if command is None:
         pytest.skip("Octave is not installed")
@@ -68,7 +70,6 @@ def octave(
 def compared(
     program: ControllerProgram, rows: Sequence[dict[str, float]], time: float, folder: Path
 ) -> None:
-    """Compare every sample with the program run in Python, to 1e-9."""
     run = ProgramRun(program)
     sent = octave(program, rows, time, folder)
     assert len(sent) == len(rows)
@@ -118,7 +119,6 @@ def test_bad_inputs_leave_finite_commands(tmp_path: Path) -> None:
 def test_the_struct_has_what_the_file_and_the_certificate_have(
     duffing: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """By the command: gains, vertices and P of a small design, read back by scipy."""
     out = tmp_path / "mat"
     assert main(["export", str(duffing / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
     assert "duffing" in capsys.readouterr().out.lower()
@@ -139,11 +139,10 @@ def test_the_struct_has_what_the_file_and_the_certificate_have(
     assert (again / file.name).read_bytes() == file.read_bytes()
 
 
-def test_another_certificate_gives_no_matrices(duffing: Path, tmp_path: Path) -> None:
+def test_another_certificate_gives_no_matrices(tmp_path: Path) -> None:
     """Claims of a file that the gain file does not name are not written beside its gains."""
-    first = shutil.copytree(duffing, tmp_path / "first")
-    second = designed("duffing", tmp_path / "second", "--decay-rate", "0.2")
-    shutil.copy(second / "certificate.json", first / "certificate.json")
+    document = dict(design_of("duffing").document)
+    first = filed(tmp_path / "first", {**document, "claims": document["claims"][:-1]})
     out = tmp_path / "mat"
     assert main(["export", str(first / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
     found = loadmat(next(out.glob("*.mat")), simplify_cells=True)["takagi"]
@@ -173,24 +172,25 @@ def test_a_law_that_is_not_proved_has_no_certificate(tmp_path: Path) -> None:
         certified(gains, path, program)
 
 
-def designed(name: str, out: Path, *options: str) -> Path:
-    """Return the folder of a plant's design without its report."""
-    with undrawn():
-        assert main(["design", name, "--out", str(out), *options]) == 0
-    return out
+def filed(folder: Path, document: dict[str, Any] | None = None) -> Path:
+    """Write gain file and certificate of the shared design, or another certificate beside it."""
+    design = design_of("duffing")
+    folder.mkdir()
+    written(folder, dump_gains(plant_gain_file(design)), "gains.json")
+    written(folder, dumps(document or design.document), "certificate.json")
+    return folder
 
 
 @pytest.fixture(scope="module")
 def duffing(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return designed("duffing", tmp_path_factory.mktemp("duffing") / "built")
+    return filed(tmp_path_factory.mktemp("duffing") / "built")
 
 
-def test_vertices_are_the_model_s(tmp_path: Path) -> None:
-    """A and B of every rule, against the Takagi-Sugeno model of the library."""
-    built, out = designed("cart_pole_2rules", tmp_path / "built"), tmp_path / "mat"
-    assert main(["export", str(built / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
+def test_vertices_are_the_model_s(duffing: Path, tmp_path: Path) -> None:
+    out = tmp_path / "mat"
+    assert main(["export", str(duffing / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
     found = loadmat(next(out.glob("*.mat")), simplify_cells=True)["takagi"]
-    _, law = plant_law("cart_pole_2rules")
+    _, law = plant_law("duffing")
     # The gain file's premises are rounded outward to seven decimals.
     np.testing.assert_allclose(np.moveaxis(found["A"], 2, 0), law.model.A, atol=1e-5)
     r, n, m = law.model.B.shape

@@ -1,8 +1,4 @@
-"""Set-points of speed and power as inputs of exported code: ranges, start values, commands.
-
-The law is the default one of the NREL 5-MW turbine, from a recorded certificate; it takes
-1.05 rad/s and 90 % of rated torque to the rated ones.
-"""
+"""Set-points of speed and power as inputs of exported code, of a recorded NREL 5-MW design."""
 
 from __future__ import annotations
 
@@ -49,7 +45,6 @@ def program() -> ControllerProgram:
 
 
 def waves(samples: int) -> Iterator[tuple[float, float, float, float, float]]:
-    """Yield speed, pitch, wind and set-points of samples around rated wind."""
     for k in range(samples):
         t = T * k
         speed, power = SETPOINTS[k * len(SETPOINTS) // samples]
@@ -58,7 +53,6 @@ def waves(samples: int) -> Iterator[tuple[float, float, float, float, float]]:
 
 
 def rows(program: ControllerProgram, samples: int) -> Iterator[Given]:
-    """Yield the inputs of the whole program."""
     for speed, pitch, wind, slowest, power in waves(samples):
         inputs_of_sample = {"measured_speed": speed, "pitch": pitch, "wind_guess": wind}
         yield inputs_of_sample | {"speed_setpoint": slowest, "power_setpoint": power}
@@ -94,7 +88,6 @@ def test_commands_of_c_are_those_of_the_law_in_python(precision: str, tmp_path: 
 
 
 def test_at_rated_set_points_it_is_the_law_without(program: ControllerProgram) -> None:
-    """What an unconnected input gives: commands that are equal in every digit."""
     rest = {s.name: float(s.rest or 0) for s in program.inputs if s.optional}
     assert rest == pytest.approx({"speed_setpoint": RATED, "power_setpoint": RATED_POWER}, 1e-6)
     ours, theirs = ProgramRun(program), ProgramRun(recorded_program())
@@ -104,7 +97,6 @@ def test_at_rated_set_points_it_is_the_law_without(program: ControllerProgram) -
 
 
 def test_an_fmu_starts_at_rated_set_points(tmp_path: Path) -> None:
-    """Unconnected in one run, connected in the other; with the unit of each."""
     gains = tmp_path / "gains.json"
     gains.write_text(recorded_file(setpoints=True), encoding="utf-8")
     program, made = exported_fmu(gains, sample_time=T)
@@ -132,7 +124,6 @@ def test_an_fmu_starts_at_rated_set_points(tmp_path: Path) -> None:
 
 
 def test_a_function_block_starts_at_rated_set_points(program: ControllerProgram) -> None:
-    """A call need not name them; another one gives them."""
     for named in (True, False):
         block = FunctionBlock(function_block(program, ExportSettings()))
         run = ProgramRun(program if named else recorded_program())
@@ -148,7 +139,6 @@ def test_a_function_block_starts_at_rated_set_points(program: ControllerProgram)
 
 
 def test_a_function_of_matlab_reads_them(program: ControllerProgram, tmp_path: Path) -> None:
-    """Fields of its inputs; where Octave is not installed the test is skipped."""
     run, series = ProgramRun(program), list(rows(program, 60))
     found = octave(program, series, T, tmp_path)
     for sent, inputs_of_sample in zip(found, series, strict=True):
@@ -193,7 +183,6 @@ def powers(library: Path, file: Path, records: list[float]) -> tuple[list[float]
 def test_the_input_file_has_the_set_points(
     library: Path, program: ControllerProgram, tmp_path: Path
 ) -> None:
-    """Numbers of the file reach the law; those of the file as it is written are the rated ones."""
     plain = built(recorded_program(), tmp_path / "plain")
     as_written = powers(library, input_file(library), [0.0] * 60)
     assert as_written == powers(plain, input_file(plain), [0.0] * 60)

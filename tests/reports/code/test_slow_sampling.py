@@ -1,7 +1,4 @@
-"""A sample time that is too long for filters and observer is refused, or said at every step.
-
-The law is the default one of the NREL 5-MW turbine: its band-stop is at 9.3 rad/s.
-"""
+"""A sample time too long for filters (band-stop at 9.3 rad/s) and observer is refused or said."""
 
 from __future__ import annotations
 
@@ -103,7 +100,6 @@ def test_c_says_it_at_every_step(program: ControllerProgram, tmp_path: Path) -> 
 
 
 def test_a_bladed_simulation_does_not_begin(program: ControllerProgram, tmp_path: Path) -> None:
-    """With the reason and the cure; a step that grows later is said."""
     library = built(program, tmp_path / "library")
     file = input_file(library)
 
@@ -220,7 +216,6 @@ def test_the_longest_with_an_observer_is_shorter(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def tanks(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, PlantDesign]:
-    """The folder of plant.toml and gains.json, and the design."""
     folder = tmp_path_factory.mktemp("tanks")
     return folder, designed_in(folder, TANKS)
 
@@ -248,7 +243,6 @@ def test_a_plant_s_file_states_it_and_exports_refuse_more(
 def test_estimates_stay_where_the_premises_have_values(
     level: float, tanks: tuple[Path, PlantDesign]
 ) -> None:
-    """At ten times the longest sample time, and with a reading of a level that cannot be."""
     run = ProgramRun(read_controller(tanks[0] / "gains.json"))
     for _ in range(40):
         sent = run.sample(60.0, {"h2_measured": level})

@@ -32,7 +32,6 @@ def block_of(program: ControllerProgram) -> FunctionBlock:
 
 
 def without_erf() -> dict[str, Any]:
-    """Return the document with every function but erf, which Structured Text does not have."""
     document = every_function()
     for step in document["programs"][0]["steps"]:
         step["formula"] = step["formula"].replace(" + erf(x)", "")
@@ -40,7 +39,6 @@ def without_erf() -> dict[str, Any]:
 
 
 def same(block: FunctionBlock, run: ProgramRun, time: float, given: dict[str, float]) -> None:
-    """Compare one sample, to 1e-12 of the larger of 1 and the value."""
     sent, wanted = block.call(sample_time=time, **given), run.sample(time, given)
     for name, value in wanted.items():
         assert sent[name.upper()] == pytest.approx(value, rel=1e-12, abs=1e-12), name
@@ -74,7 +72,6 @@ def run_of_a_turbine(program: ControllerProgram, samples: int) -> int:
 
 
 def test_the_law_of_a_turbine(turbine_design: TurbineDesign, tmp_path: Path) -> None:
-    """Observer with its spline, law and rate limits, sample by sample."""
     path = tmp_path / "gains.json"
     path.write_text(dump_gains(gain_file(turbine_design)), encoding="utf-8")
 
@@ -120,7 +117,6 @@ def test_a_law_with_a_time_of_its_own_refuses_another(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["cart_pole", "boost_throttle"])
 def test_bad_inputs_leave_finite_commands(name: str, tmp_path: Path) -> None:
-    """The last good value stands in; before it the rest of the gain file; a word tells it."""
     program = read_controller(plant_file(name, tmp_path))
     rest = {one.name: float(one.rest or 0) for one in program.inputs}
     first, command = program.inputs[0].name, program.outputs[0].name.upper()
@@ -172,7 +168,6 @@ def test_reset_starts_again(tmp_path: Path) -> None:
 
 
 def test_keywords_as_names(tmp_path: Path) -> None:
-    """States that are called as the language's words, and names that differ by their case."""
     document = without_erf()
     program = document["programs"][0]
     for old, new in (("x", "real"), ("y", "sin_")):
@@ -194,10 +189,7 @@ def test_keywords_as_names(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["truck_trailer", "cart_pole", "every function"])
 @pytest.mark.slow
 def test_an_independent_parser_reads_it(name: str, tmp_path: Path, reduced: bool) -> None:
-    """With blark, which takes minutes for the tables of a turbine: these have every statement.
-
-    Reduced: the sixteen rules of the cart with a pole are no statement of their own.
-    """
+    """With blark, which takes minutes for the tables of a turbine: these have every statement."""
     if reduced and name == "cart_pole":
         pytest.skip("reduced: it has no statement that the others have not")
     blark = pytest.importorskip("blark.parse")

@@ -18,7 +18,6 @@ TORQUE = Axis("torque-overlap", "N m", (500.0, 2000.0))
 
 
 def effort(error: float | None) -> dict[str, Any]:
-    """A point of the effort-sharing law."""
     if error is None:
         return {"verdict": "UNDECIDED", "reason": WHY}
     return {
@@ -49,7 +48,6 @@ def published(proved: int) -> dict[str, Any]:
 
 
 def sweep(law: str, axes: tuple[Axis, ...], results: list[dict[str, Any]]) -> Sweep:
-    """A finished sweep, with the axes' values in its rows."""
     places: list[dict[str, float]] = [{}]
     for axis in axes:
         places = [{**place, axis.label: value} for place in places for value in axis.values]
@@ -64,7 +62,6 @@ def table(text: object) -> list[dict[str, str]]:
 @pytest.mark.parametrize("axes", [(SPEED,), (SPEED, TORQUE)])
 @pytest.mark.parametrize("law", ["coherent", "paper"])
 def test_a_sweep_leaves_page_table_and_figure(law: str, axes: tuple[Axis, ...]) -> None:
-    """The SVG is XML, the CSV has a row a point with units, the page says why not."""
     results = [effort(0.2), effort(None)] if law == "coherent" else [published(2), published(1)]
     files = sweep_files(sweep(law, axes, results * len(axes)))
     page, rows = str(files["map.md"]), table(files["points.csv"])
