@@ -93,18 +93,10 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc_condition as fuzzy_pdc_condition
     from takagi.lmi.gains.observer import observer as observer
     from takagi.lmi.gains.observer import observer_condition as observer_condition
-    from takagi.lmi.gains.output_feedback.controller import OutputFeedback as OutputFeedback
-    from takagi.lmi.gains.output_feedback.controller import (
-        hinf_output_feedback as hinf_output_feedback,
-    )
-    from takagi.lmi.gains.output_feedback.controller import mixed_sensitivity as mixed_sensitivity
     from takagi.lmi.gains.output_feedback.fixed_order import FixedOrderDesign as FixedOrderDesign
     from takagi.lmi.gains.output_feedback.fixed_order import hinf_fixed_order as hinf_fixed_order
     from takagi.lmi.gains.output_feedback.generalised_plant import (
         GeneralisedPlant as GeneralisedPlant,
-    )
-    from takagi.lmi.gains.output_feedback.generalised_plant import (
-        hinf_output_feedback_condition as hinf_output_feedback_condition,
     )
     from takagi.lmi.gains.structured.design import StructuredDesign as StructuredDesign
     from takagi.lmi.gains.structured.design import structured_pdc as structured_pdc

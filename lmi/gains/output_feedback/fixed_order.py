@@ -18,25 +18,22 @@ and Noll (2006), IEEE Trans. Automatic Control 51(1).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import block_diag
 
 from takagi.lmi.answer import Status
-from takagi.lmi.argument_checks import whole_number
+from takagi.lmi.argument_checks import fixed_mode, whole_number
 from takagi.lmi.gains.descent.gain_loops import GainLoops, largest_gain
 from takagi.lmi.gains.descent.many_starts import best_gains
-from takagi.lmi.gains.output_feedback.controller import unmoved_mode
-from takagi.lmi.gains.output_feedback.generalised_plant import (
-    ControllerFound,
-    GeneralisedPlant,
-    StateSpace,
-)
+from takagi.lmi.gains.output_feedback.generalised_plant import GeneralisedPlant, StateSpace
 from takagi.lmi.gains.structured.structure import pattern_of
 from takagi.models.arrays import Floats, ShortRepr
+from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 
 # Digits of F, from the most on, and how much larger the norm may get by the rounding, relative.
@@ -46,7 +43,7 @@ LONG = 15
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
-class FixedOrderDesign(ShortRepr, ControllerFound):
+class FixedOrderDesign(ShortRepr):
     """A controller of given order, and the loop that a claim is about.
 
     Attributes
@@ -70,6 +67,22 @@ class FixedOrderDesign(ShortRepr, ControllerFound):
     start: str = ""
     exact: bool = False
     diagnosis: str = ""
+
+    @property
+    def found(self) -> bool:
+        """Return whether there is a controller."""
+        return self.controller is not None
+
+    def require(self) -> StateSpace:
+        """Return the controller.
+
+        Raises
+        ------
+        ModelError : there is none; the message is the diagnosis.
+        """
+        if self.controller is None:
+            raise ModelError(f"no controller was found ({self.status}): {self.diagnosis}")
+        return self.controller
 
     @property
     def model(self) -> TSModel:
@@ -159,19 +172,33 @@ def hinf_fixed_order(
     )
 
 
+def unmoved_mode(plant: GeneralisedPlant) -> str:
+    """Return which mode that is not stable no controller changes; empty where none is."""
+    for A, B, why in (
+        (plant.A, plant.B2, "u does not move it"),
+        (plant.A.T, plant.C2.T, "y does not see it"),
+    ):
+        mode = fixed_mode(A[None], B[None], 0.0)
+        if mode is not None:
+            return (
+                f"no controller stabilises the plant: the mode {mode[1]:.4g} is not stable, and "
+                f"{why}; an unstable or integrating weight has to be made stable, any other such "
+                "mode needs another input or measurement"
+            )
+    return ""
+
+
 def with_integrators(plant: GeneralisedPlant, order: int) -> GeneralisedPlant:
     """Return the plant with ``order`` integrators whose inputs are controls and states measured."""
     q, z = plant.B1.shape[1], len(plant.C1)
-    if not order:
-        return plant
     eye = np.eye(order)
-    return GeneralisedPlant(
-        A=_diagonal(plant.A, np.zeros((order, order))),
+    return replace(
+        plant,
+        A=block_diag(plant.A, np.zeros((order, order))),
         B1=np.vstack([plant.B1, np.zeros((order, q))]),
-        B2=_diagonal(plant.B2, eye),
+        B2=block_diag(plant.B2, eye),
         C1=np.hstack([plant.C1, np.zeros((z, order))]),
-        C2=_diagonal(plant.C2, eye),
-        D11=plant.D11,
+        C2=block_diag(plant.C2, eye),
         D12=np.hstack([plant.D12, np.zeros((z, order))]),
         D21=np.vstack([plant.D21, np.zeros((order, q))]),
     )
@@ -186,13 +213,6 @@ def controller_of_gain(F: Floats, order: int) -> StateSpace:
     """Return the controller of the static gain F of the plant with integrators."""
     m, p = F.shape[0] - order, F.shape[1] - order
     return StateSpace(F[m:, p:], F[m:, :p], F[:m, p:], F[:m, :p])
-
-
-def _diagonal(first: Floats, second: Floats) -> Floats:
-    joined = np.zeros((len(first) + len(second), first.shape[1] + second.shape[1]))
-    joined[: len(first), : first.shape[1]] = first
-    joined[len(first) :, first.shape[1] :] = second
-    return joined
 
 
 def _loops_of(plant: GeneralisedPlant, pattern: NDArray[np.bool_]) -> GainLoops:
