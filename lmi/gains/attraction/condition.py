@@ -18,17 +18,13 @@ Discrete time: the same with Theta_ij of ``closed_loop`` there.
 
 What "as large as possible" means for {x' P x <= 1}: objectives as LMIs.
 
-    volume      det Q largest:  v <= (z_1 ... z_n)^(1/n),  [[Q, T], [T', diag(z)]] >= 0 with T lower
-                triangular and z its diagonal; then det Q >= z_1 ... z_n, with equality attained.
-                The geometric mean is a tree of [[a, c], [c, b]] >= 0, c^2 <= a b, whose leaves are
-                z_1, ..., z_n and, up to a power of two, its root itself.
+    volume      det Q largest: see ``condition.log_det``.
     trace       sum_k Q_kk / w_k^2 largest: the sum of the squared semi-axes in units w_k.
     points      the largest beta with beta x_k in the ellipsoid for every given point: gamma =
                 1 / beta^2 least, [[gamma, x_k'], [x_k, Q]] >= 0.
 
-Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.2.2, for the aims; Ben-Tal and
-Nemirovski (2001), Lectures on Modern Convex Optimization, for the determinant; Hu and Lin (2001),
-Control Systems with Actuator Saturation, of one rule, for saturation.
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.2.2, for the aims; Hu and Lin
+(2001), Control Systems with Actuator Saturation, of one rule, for saturation.
 """
 
 from __future__ import annotations
@@ -41,18 +37,17 @@ import numpy as np
 from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.analysis.gain_pairs import pairs_of
 from takagi.lmi.argument_checks import decay_parameter
+from takagi.lmi.condition.log_det import root_of_determinant
 from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
 from takagi.lmi.condition.term import LMI, Array, Condition
-from takagi.lmi.condition.unknown import Unknown, triangle
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import (
     Expression,
     He,
     Inequality,
     Parameter,
-    added,
     block,
     matrix,
-    placement,
     trace,
 )
 from takagi.lmi.gains.attraction.request import AttractionRequest
@@ -60,75 +55,7 @@ from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import input_lmis, row_lmis, state_lmis
 from takagi.lmi.sums.double_sum import DoubleSum, double_sum_of
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Measure:
-    """What to minimise, with its unknowns and LMIs, which are not claims, only an epigraph."""
-
-    minimise: Expression
-    unknowns: tuple[Unknown, ...] = ()
-    lmis: tuple[Inequality, ...] = ()
-
-
-def trace_measure(Q: Unknown, units: Array) -> Measure:
-    """Return: sum_k Q_kk / units_k^2 largest; units (n,)."""
-    return Measure(-trace(np.diag(units**-2.0) @ Q))
-
-
-def points_measure(Q: Unknown, points: Array) -> Measure:
-    """Return: the largest multiple of the given points, (k, n), in the ellipsoid.
-
-    The multiple is gamma^(-1/2).
-    """
-    gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
-    inside = block([[gamma, matrix(points[:, None, :], r"x_k^\top")], [None, Q]]) >= 0
-    index = rf"k = 1, \dots, {len(points)}"
-    return Measure(+gamma, (gamma,), (inside.named("multiple of the points", index),))
-
-
-def volume_measure(Q: Unknown) -> Measure:
-    """Return: det(Q)^(1/n) largest; v is the unknown ``volume``."""
-    n = Q.rows
-    if n == 1:
-        return trace_measure(Q, np.ones(1))
-    v = Unknown("volume", 1, 1, latex="v")
-    # The tree's nodes, the root first, then its leaves: children of node k are 2 k and 2 k + 1.
-    nodes = 2 ** int(np.ceil(np.log2(n))) - 1
-    c = Unknown("means", 1, 1, count=nodes + n, latex="c")
-    T = Unknown("factor", 1, 1, count=triangle(n - 1), latex="T")
-    root = (c.member(0) - v >= 0).named("volume")
-    return Measure(-v, (v, c, T), (_factor_lmi(Q, T, c), _mean_lmi(c, n), root))
-
-
-def _factor_lmi(Q: Unknown, T: Unknown, c: Unknown) -> Inequality:
-    """Pose [[Q, T], [T', z]] >= 0: T lower triangular, z its diagonal, the leaves of the tree."""
-    n, eye = Q.rows, np.eye(Q.rows)
-    row, column = np.tril_indices(n, -1)
-    leaves = np.arange(c.count - n, c.count)
-    entries = T.members(np.arange(len(row)), r"T_{\text{lower}}")
-    lower = added(entries * placement(eye[row][:, :, None] * eye[column][:, None, :]), latex="")
-    z_entries = c.members(leaves, r"\mathrm{diag}(z)")
-    z = added(z_entries * placement(eye[:, :, None] * eye[:, None, :]), latex="")
-    dots = ", " if n == 2 else r", \dots, "
-    index = rf"z = (c_{{{c.count - n + 1}}}{dots}c_{{{c.count}}})"
-    return (block([[Q, lower + z], [None, z]]) >= 0).named("factor of Q", index)
-
-
-def _mean_lmi(c: Unknown, n: int) -> Inequality:
-    """Pose [[c_2k, c_k], [c_k, c_2k+1]] >= 0 at every node; the root again for missing leaves."""
-    nodes = c.count - n
-    k = np.arange(1, nodes + 1)
-
-    def means(index: Indices, symbol: str) -> Expression:
-        return c.members(np.where(index <= c.count, index, 1) - 1, symbol)
-
-    rows = block([[means(2 * k, "c_{2k}"), means(k, "c_k")], [None, means(2 * k + 1, "c_{2k+1}")]])
-    missing = "" if nodes + 1 == n else rf",\; c_l = c_1 \text{{ for }} l > {c.count}"
-    return (rows >= 0).named("geometric mean", rf"k = 1, \dots, {nodes}{missing}")
-
 
 # Size of Q, in the states at hand, beyond which an ellipsoid is taken to be unbounded.
 LARGEST = 1e3
@@ -162,21 +89,33 @@ def attraction_condition(task: AttractionRequest) -> Condition:
         lmis += posed
     if task.state_box is not None:
         lmis += state_lmis(Q, task.state_box)
-    if not isinstance(task.measure, str):
-        measure = points_measure(Q, task.measure)
-    else:
-        measure = trace_measure(Q, task.units) if task.measure == "trace" else volume_measure(Q)
+    minimise, measure_unknowns, epigraph = _measure(task, Q)
     return pose(
         positive_definite(Q),
         scale_bound(Q, LARGEST),
         *lmis,
-        *measure.lmis,
-        minimise=measure.minimise,
-        unknowns=(Q, *unknowns, *measure.unknowns),
+        *epigraph,
+        minimise=minimise,
+        unknowns=(Q, *unknowns, *measure_unknowns),
         parameters=(loop.rate,) if task.saturation is None else (loop.rate, loop.saturated_rate),
         name="region of attraction",
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.2 and 7.2.3",
     )
+
+
+def _measure(
+    task: AttractionRequest, Q: Unknown
+) -> tuple[Expression, tuple[Unknown, ...], tuple[Inequality, ...]]:
+    """Return what to minimise, with its unknowns and LMIs, which are not claims."""
+    if isinstance(task.measure, str):
+        if task.measure == "trace":
+            return -trace(np.diag(task.units**-2.0) @ Q), (), ()
+        volume, unknowns, inequalities = root_of_determinant(Q.as_expression())
+        return -volume, unknowns, inequalities
+    gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
+    inside = block([[gamma, matrix(task.measure[:, None, :], r"x_k^\top")], [None, Q]]) >= 0
+    index = rf"k = 1, \dots, {len(task.measure)}"
+    return +gamma, (gamma,), (inside.named("multiple of the points", index),)
 
 
 def _loops(
