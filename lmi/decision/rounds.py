@@ -22,10 +22,8 @@ from takagi.lmi.condition.evaluate import (
 from takagi.lmi.condition.statements import StatedCondition, condition_of
 from takagi.lmi.condition.term import LMI, Condition, selected_items
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.cone.cone_program import assemble, cone_program
 from takagi.lmi.decision.decide import decide, improve, optimise
 from takagi.lmi.decision.outcome import Outcome
-from takagi.lmi.solver.solve import attempts
 from takagi.models.arrays import Floats, Indices
 
 # Up to so many items of an LMI are given to the solver at once: quicker than rounds.
@@ -33,8 +31,6 @@ ALL_AT_ONCE = 48
 FIRST, ADDED, ROUNDS = 12, 12, 60
 # Unknowns will do when the items left out keep this share of the margin of those given.
 ENOUGH = 0.5
-# How far, relative to the LMI's size, an item may miss its constraint before the last round.
-ITEM_TOLERANCE = 1e-7
 # Numbers in one piece of the items that are evaluated together; bounds the memory.
 ENTRIES_AT_ONCE = 1_000_000
 
@@ -86,7 +82,7 @@ def optimise_by_rounds(condition: StatedCondition, *, slack: float = 1e-6) -> Ou
     """
     posed = condition_of(condition, "optimise_by_rounds")
     some = _Some.of(posed)
-    tries = _touching(some)
+    tries: list[Try] = []
     for _ in range(ROUNDS):
         outcome = optimise(some.condition(), slack=slack)
         tries += outcome.tries
@@ -103,30 +99,6 @@ def optimise_by_rounds(condition: StatedCondition, *, slack: float = 1e-6) -> Ou
     if outcome.status == "candidate" and not holds(posed, outcome.margin):
         outcome = replace(outcome, status="unknown", settled=False)
     return some.filled(replace(outcome, tries=tuple(tries)))
-
-
-def _touching(some: _Some) -> list[Try]:
-    """Add items until the least objective over the chosen ones violates none that was left out.
-
-    No margin is asked for and nothing is claimed: this only finds the items that count.
-    """
-    tries: list[Try] = []
-    for _ in range(ROUNDS if some.pieces else 0):
-        data = assemble(some.condition())
-        raw = next(attempts(cone_program(data, data.objective, (), margin=0.0)))
-        usable = len(raw.y) == len(data.objective) and bool(np.isfinite(raw.y).all())
-        if not usable or "nfeasible" in raw.status:
-            # Too few items to bound the objective, or already too many to be satisfied.
-            tries.append(Try(raw.solver, raw.status, -np.inf, raw.iterations, raw.seconds))
-            if "Dual" in raw.status and some.add_next():
-                continue
-            return tries
-        margins = some.margins(data.values(raw.y))
-        worst = _worst(margins, np.inf)
-        tries.append(Try(raw.solver, raw.status, worst, raw.iterations, raw.seconds))
-        if not some.add(margins, -ITEM_TOLERANCE):
-            return tries
-    return tries
 
 
 def improve_by_rounds(condition: Condition, start: Outcome) -> Outcome:

@@ -26,9 +26,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import block_diag
 
+from takagi.lmi.analysis.disturbance.loop_norm import largest_gain
 from takagi.lmi.answer import Status
 from takagi.lmi.argument_checks import fixed_mode, whole_number
-from takagi.lmi.gains.descent.gain_loops import GainLoops, largest_gain
+from takagi.lmi.gains.descent.gain_loops import GainLoops
 from takagi.lmi.gains.descent.many_starts import best_gains
 from takagi.lmi.gains.output_feedback.generalised_plant import GeneralisedPlant, StateSpace
 from takagi.lmi.gains.structured.structure import pattern_of

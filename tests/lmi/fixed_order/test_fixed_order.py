@@ -19,7 +19,7 @@ from takagi.lmi import (
     hinf_fixed_order,
     time_limit,
 )
-from takagi.lmi.gains.descent.gain_loops import largest_gain, response
+from takagi.lmi.analysis.disturbance.loop_norm import largest_gain, response
 from takagi.models import ModelError
 from tests.lmi.fixed_order.plants import PRINTED, best_of_hifoo, hifoo, names, plant
 from tests.lmi.norms import hamiltonian_norm, third_order
