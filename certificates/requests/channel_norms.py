@@ -196,7 +196,8 @@ class L2Gain:
 
     def _by_equation(self, loop: ClaimedLoop, kind: dict[str, Any], path: Path) -> Claims:
         """Yield the claims with P of one vertex by its Riccati equation."""
-        from takagi.lmi.analysis.disturbance.guessed_function import bounded_real, norm_seen
+        from takagi.lmi.analysis.disturbance.guessed_function import bounded_real
+        from takagi.lmi.analysis.disturbance.loop_norm import largest_gain
 
         if len(path[0]) > 1 or loop.sample_time is not None:
             return
@@ -204,7 +205,7 @@ class L2Gain:
         for tolerance in (*GAIN_ROOM, LEAST_GAIN) if self.gain else GAIN_ROOM:
             P = bounded_real(A, B, C, D, tolerance=tolerance)
             if P is not None:
-                gain = rounded_up(norm_seen(A, B, C, D) * (1 + tolerance))
+                gain = rounded_up(largest_gain(A, B, C, D).gain * (1 + tolerance))
                 yield from self._claims(loop, kind, P, [gain])
 
     def _claims(

@@ -340,7 +340,7 @@ def test_a_controller_with_a_state_of_its_own(
 def test_a_state_more_lowers_the_energy_gain_of_compleib(plant_file: Path) -> None:
     """NN2: 2.2216 is the least with static gains (published with COMPleib).
 
-    1.7643 is a lower bound for every order, by ``hinf_output_feedback``; order 1 is between them,
+    1.7643 is a lower bound for every order, by ``least_of_any_order``; order 1 is between them,
     and near its least by ``hinf_fixed_order``, whose search is another.
     """
     from takagi.lmi import GeneralisedPlant, hinf_fixed_order
