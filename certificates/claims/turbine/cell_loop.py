@@ -10,13 +10,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from math import ceil, floor
+from typing import Any
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi
 from takagi.certificates.checker.arithmetic.interval import ONE
-from takagi.certificates.checker.arithmetic.interval import Interval as CheckedInterval
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Box, Law, Subject, Uncertainty
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
+from takagi.certificates.checker.turbine.effort_sharing.wind_cell import NIL
 from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.certificates.document.certificate_file import (
     as_read,
@@ -59,7 +60,7 @@ class CellLoop:
     def __init__(self, subject: Subject, k: int, residual: Fraction | None = None) -> None:
         self._subject, self._k, self._residual = subject, k, residual
         self._at_rest: LoopCell | None = None
-        resting = self._moving(Fraction(0))
+        resting = self._moving(NIL)
         self.wind = Interval(*resting.winds)
         self.gamma = Interval(*resting.over(subject.law.gamma))
         self.widest_error = subject.box.wind_share * self.wind.lower
@@ -84,7 +85,7 @@ class CellLoop:
     @property
     def reference_slope(self) -> Fraction:
         """Return |omega*'| [rad/s per m/s]."""
-        return abs(self._moving(Fraction(0)).slope(self._subject.law.speed))
+        return abs(self._moving(NIL).slope(self._subject.law.speed))
 
     def _moving(self, rate: Fraction) -> Loop:
         return Loop(self._subject, self._k, rate)
@@ -92,8 +93,18 @@ class CellLoop:
     def _resting(self) -> LoopCell:
         loop, law = self._within_limits(), self._subject.law
         try:
-            ranges = {name: _interval(enclosure) for name, enclosure in loop.ranges()}
-            sizes = dict(loop.sizes(self._residual))
+            members: dict[str, Any] = {}
+            for name, enclosure in loop.ranges():
+                exact_range = Interval(Fraction(enclosure.low, ONE), Fraction(enclosure.high, ONE))
+                scheduled = name in ("share_gain", "lag_rate")
+                members[name] = (
+                    exact_range.outward(EMITTED_DIGITS) if scheduled else _stated(exact_range)
+                )
+            for name, size in loop.sizes(self._residual):
+                as_is = name in ("inertia_gain", "effectiveness_slope")
+                members[name] = (
+                    Interval(NIL, size).outward(EMITTED_DIGITS).upper if as_is else _bound(size)
+                )
         except Refused as error:
             box = loop.box
             raise ModelError(
@@ -103,28 +114,20 @@ class CellLoop:
                 "leave these winds out by cut_in and cut_out of the turbine's file, or, from "
                 "Python, reduce the speed error or the wind share"
             ) from error
-        zero, nu = Fraction(0), law.nu[self._k]
+        if self._residual:
+            members["residual"] = self._residual
+        nu = law.nu[self._k]
         return LoopCell(
             wind=self.wind,
-            wind_rate=zero,
-            stiffness=_stated(ranges["stiffness"]),
-            loop_gain=_stated(ranges["loop_gain"]),
-            lag_gain=_stated(ranges["lag_gain"]),
-            share_gain=ranges["share_gain"].outward(EMITTED_DIGITS),
-            lag_rate=ranges["lag_rate"].outward(EMITTED_DIGITS),
+            wind_rate=NIL,
             integral_rate=Interval(nu, nu),
             effectiveness_limit=Interval(*loop.over(law.limit)),
-            residual=self._residual or _bound(sizes["residual"]),
-            wind_gain=_bound(sizes["wind_gain"]),
-            inertia_gain=_up(sizes["inertia_gain"]),
-            effectiveness_slope=_up(sizes["effectiveness_slope"]),
-            reference_slope=_bound(sizes["reference_slope"]),
-            lag_disturbance=zero,
+            **members,
         )
 
     def _within_limits(self) -> Loop:
         """Return the loop; refuses a set that asks for negative torque or too much pitch."""
-        loop = self._moving(Fraction(0))
+        loop = self._moving(NIL)
         law = loop.law
         if loop.least_torque() < 0:
             reserve = psi(-loop.efforts[0], law.overlap)
@@ -194,10 +197,6 @@ def enclosures_of_gains(
     return enclosed
 
 
-def _interval(enclosure: CheckedInterval) -> Interval:
-    return Interval(Fraction(enclosure.low, ONE), Fraction(enclosure.high, ONE))
-
-
 def _stated(enclosure: Interval) -> Interval:
     """Return the emitted range: one unit of its last decimal wider than the enclosure."""
     scale = 10**EMITTED_DIGITS
@@ -210,7 +209,3 @@ def _stated(enclosure: Interval) -> Interval:
 def _bound(value: Fraction) -> Fraction:
     """Return a bound as it is emitted: one unit larger, except if it is exactly zero."""
     return _stated(Interval(value, value)).upper if value else value
-
-
-def _up(value: Fraction) -> Fraction:
-    return Interval(Fraction(0), value).outward(EMITTED_DIGITS).upper

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from fractions import Fraction
 from typing import Any
 
@@ -104,8 +104,9 @@ def effort_sharing_candidate(
                 return candidate
         last = attempt >= ATTEMPTS - 2
         cell_rates = [Fraction(0) if last else calmer(rate, CALMER) for rate in cell_rates]
-    return candidate or EffortSharingCandidate.without(
-        box, uncertainty, cells, ellipsoid.diagnosis, ellipsoid.words
+    zeros, diagnosis = (np.zeros(len(cells)),) * 4, ellipsoid.diagnosis
+    return candidate or EffortSharingCandidate(
+        box, uncertainty, cells, None, *zeros, np.eye(3), 0.0, diagnosis, ellipsoid.words
     )
 
 
@@ -153,12 +154,7 @@ def effort_sharing_claim(candidate: EffortSharingCandidate) -> dict[str, Any]:
             "frozen_wake": candidate.uncertainty.frozen_wake,
             "power_coefficient": [float(power.lower), float(power.upper)],
         },
-        "box": {
-            "speed_error": float(box.speed_error),
-            "effort_lag": float(box.effort_lag),
-            "speed_signal": float(box.speed_signal),
-            "wind_share": float(box.wind_share),
-        },
+        "box": {side.name: float(getattr(box, side.name)) for side in fields(box)},
         "P": candidate.P.tolist(),
         "peaks": _peaks(candidate.P),
         "settling": {"P": candidate.settling_P.tolist(), "decay_rate": candidate.common_rate},
@@ -195,31 +191,28 @@ def _peaks(P: Floats) -> dict[str, float]:
     }
 
 
+RANGES = (
+    *("wind", "effectiveness_limit", "stiffness", "loop_gain", "lag_gain", "share_gain"),
+    "lag_rate",
+)
+SIZES = (
+    *("residual", "wind_gain", "inertia_gain", "effectiveness_slope", "reference_slope"),
+    "lag_disturbance",
+)
+
+
 def _cell(candidate: EffortSharingCandidate, k: int) -> dict[str, Any]:
     cell = candidate.cells[k]
-    nodes = ("wind", "effectiveness_limit")
-    ranges = (*nodes, "stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
-    sizes = (
-        "residual",
-        "wind_gain",
-        "inertia_gain",
-        "effectiveness_slope",
-        "reference_slope",
-        "lag_disturbance",
-    )
-    stated: dict[str, Any] = {}
-    for name in ranges:
-        interval: Interval = getattr(cell, name)
-        stated[name] = [float(interval.lower), float(interval.upper)]
-    for name in sizes:
-        stated[name] = float(getattr(cell, name))
-    return stated | {
-        "integral_rate": float(cell.integral_rate.lower),
-        "multiplier": float(candidate.multipliers[k]),
-        "wind_error": float(candidate.wind_error[k]),
-        "wind_rate": float(candidate.wind_rate[k]),
-        "decay_rate": float(candidate.decay_rate[k]),
+    ranges: dict[str, Interval] = {name: getattr(cell, name) for name in RANGES}
+    stated: dict[str, Any] = {
+        name: [float(range_.lower), float(range_.upper)] for name, range_ in ranges.items()
     }
+    stated |= {name: float(getattr(cell, name)) for name in SIZES}
+    stated["integral_rate"] = float(cell.integral_rate.lower)
+    stated["multiplier"] = float(candidate.multipliers[k])
+    for name in ("wind_error", "wind_rate", "decay_rate"):
+        stated[name] = float(getattr(candidate, name)[k])
+    return stated
 
 
 # Fractions of the requested interval's excess over 1 that are tried, the largest first.
@@ -255,7 +248,8 @@ def failing_winds(cells: Sequence[LoopCell]) -> str:
     if growth[worst] >= 0:
         bad = [cell for cell, rate in zip(cells, growth, strict=True) if rate >= 0]
         return (
-            f"the loop itself may be unstable in {_count(bad, len(cells))}; worst at wind "
+            f"the loop itself may be unstable in {len(bad)} of {len(cells)} wind cells ("
+            f"{float(bad[0].wind.lower):g} to {float(bad[-1].wind.upper):g} m/s); worst at wind "
             f"{_span(cells[worst])} m/s, where a deviation may grow at {growth[worst]:.3g} 1/s"
         )
     for cell, A in zip(cells, corners, strict=True):
@@ -298,11 +292,6 @@ def _longest_prefix(corners: Sequence[Floats]) -> int:
 
 def _span(cell: LoopCell) -> str:
     return f"{float(cell.wind.lower):g} to {float(cell.wind.upper):g}"
-
-
-def _count(bad: Sequence[LoopCell], total: int) -> str:
-    low, high = float(bad[0].wind.lower), float(bad[-1].wind.upper)
-    return f"{len(bad)} of {total} wind cells ({low:g} to {high:g} m/s)"
 
 
 def smaller_uncertainty(

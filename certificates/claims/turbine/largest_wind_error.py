@@ -59,19 +59,6 @@ class EffortSharingCandidate:
     diagnosis: str
     words: str
 
-    @classmethod
-    def without(
-        cls,
-        box: LoopBox,
-        uncertainty: LoopUncertainty,
-        cells: tuple[LoopCell, ...],
-        diagnosis: str,
-        words: str,
-    ) -> EffortSharingCandidate:
-        """Return a candidate without a P: nothing is claimed of any cell."""
-        zeros = (np.zeros(len(cells)),) * 4
-        return cls(box, uncertainty, cells, None, *zeros, np.eye(3), 0.0, diagnosis, words)
-
 
 def largest_wind_errors(
     P: Floats,
@@ -94,8 +81,9 @@ def largest_wind_errors(
     words : the solver's, on P.   tell : called with a word on progress.
     """
     stated = np.round(P * SHRINK, 4)
-    classes = [cell_class(stated, *cell) for cell in zip(cells, rates, error, strict=True)]
-    corners = [loop_vertices(result.cell) for result in classes]
+    classes = [_cell_class(stated, *cell) for cell in zip(cells, rates, error, strict=True)]
+    enclosed = tuple(cell for cell, _, _ in classes)
+    corners = [loop_vertices(cell) for cell in enclosed]
     if tell is not None:
         tell("the largest common decay rate")
     settling, common = _settling(stated, corners)
@@ -103,11 +91,11 @@ def largest_wind_errors(
     return EffortSharingCandidate(
         box=box,
         uncertainty=uncertainty,
-        cells=tuple(result.cell for result in classes),
+        cells=enclosed,
         P=stated,
-        multipliers=np.array([round(result.multiplier, 7) for result in classes]),
-        wind_error=np.array([result.wind_error for result in classes]),
-        wind_rate=np.array([float(result.cell.wind_rate) for result in classes]),
+        multipliers=np.array([round(multiplier, 7) for _, multiplier, _ in classes]),
+        wind_error=np.array([allowed for _, _, allowed in classes]),
+        wind_rate=np.array([float(cell.wind_rate) for cell in enclosed]),
         decay_rate=np.floor(RESERVE * np.array(decay) * 1e5) / 1e5,
         settling_P=settling,
         common_rate=common,
@@ -158,13 +146,8 @@ class WindClass:
     rate: tuple[float, ...] = (0.2, 0.2, 0.2, 0.2, 0.3, 0.5, 1.2, 2.0, 2.0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CellClass:
-    """The result of one cell: its enclosure at the rate, multiplier, and wind error [m/s]."""
-
-    cell: LoopCell
-    multiplier: float
-    wind_error: float
+# Of one cell: its enclosure at the rate, the multiplier, and the wind error [m/s].
+CellClass = tuple[LoopCell, float, float]
 
 
 def class_rates(
@@ -193,18 +176,16 @@ def calmer(rate: Fraction, factor: float) -> Fraction:
     return _down(factor * float(rate))
 
 
-def cell_class(P: Floats, loop: CellLoop, rate: Fraction, asked_error: float) -> CellClass:
+def _cell_class(P: Floats, loop: CellLoop, rate: Fraction, asked_error: float) -> CellClass:
     """Return the largest wind error of a cell with P, at the rate or a lower one.
 
     The wind error is 0 if P fails even at constant schedule wind.
     """
     at_rest = _largest_class(P, loop.enclosed(0), loop.widest_error)
-    least_error = min(LEAST_ERROR * asked_error, LEAST_AT_REST * at_rest.wind_error)
-    if at_rest.wind_error == 0:
-        return at_rest
-    for _ in range(STEPS):
+    least_error = min(LEAST_ERROR * asked_error, LEAST_AT_REST * at_rest[2])
+    for _ in range(STEPS if at_rest[2] else 0):
         at_rate = _largest_class(P, loop.enclosed(rate), loop.widest_error)
-        if at_rate.wind_error >= least_error:
+        if at_rate[2] >= least_error:
             return at_rate
         rate = calmer(rate, LOWER)
     return at_rest
@@ -215,7 +196,7 @@ def _largest_class(P: Floats, cell: LoopCell, widest: Fraction) -> CellClass:
     error, alpha = largest_scale(P, v.A, v.fixed, v.per_wind_error, limit=float(widest))
     # Rounded down: a smaller wind error than the one found is proved by the same numbers.
     allowed = math.floor(RESERVE * error * 1e5) / 1e5
-    return CellClass(cell, alpha if allowed else 1.0, allowed)
+    return cell, alpha if allowed else 1.0, allowed
 
 
 def _down(value: float) -> Fraction:

@@ -125,7 +125,8 @@ def rate_range(
     Where ``estimate_error``, eta [m/s], exceeds a cell's wind error, the rate is 0: not provable.
     """
     edges = np.array([cells[0]["wind"][0], *(cell["wind"][1] for cell in cells)], dtype=np.float64)
-    caps = _caps(cells, wind_filter, estimate_error)
+    filtered = np.array([cell["wind_error"] - estimate_error for cell in cells]) / wind_filter
+    caps = np.maximum(np.minimum([cell["wind_rate"] for cell in cells], filtered), 0.0)
     nodes = np.array([_cone(s, edges, caps, STEEPEST / wind_filter) for s in edges])
     wind, phi = _with_bends(edges, caps, nodes, GENTLE / wind_filter)
     phi = _down(phi)
@@ -134,19 +135,10 @@ def rate_range(
     # The linear program may return slightly less than phi; phi itself is used if it is feasible.
     nearest = np.where(rate > phi - 2 * 10.0**-RATE_DIGITS, phi, rate)
     nearest = np.where((rows[rows @ nearest > bounds + 1e-12] != 0).any(axis=0), rate, nearest)
-    stated = _exact(wind, nearest, phi, estimate_error)
+    columns = ([exact(value) for value in column.tolist()] for column in (wind, nearest, phi))
+    stated = Range(*columns, exact(estimate_error))
     fits = not first_failure(filter_keeps_up(stated, exact(wind_filter)))
     return RateRange(wind, nearest if fits else rate, phi, estimate_error)
-
-
-def _exact(wind: Floats, rate: Floats, phi: Floats, error: float) -> Range:
-    nodes, r, limit = ([exact(value) for value in column.tolist()] for column in (wind, rate, phi))
-    return Range(nodes, r, limit, exact(error))
-
-
-def _caps(cells: Sequence[Mapping[str, Any]], wind_filter: float, error: float) -> Floats:
-    rates = np.array([cell["wind_error"] - error for cell in cells]) / wind_filter
-    return np.maximum(np.minimum([cell["wind_rate"] for cell in cells], rates), 0.0)
 
 
 def _cone(s: float, edges: Floats, caps: Floats, slope: float) -> float:
@@ -180,7 +172,7 @@ def _conditions(wind: Floats, phi: Floats, wind_filter: float) -> tuple[Floats, 
                 here = phi[i] + slope * (s - low)
                 estimate = s + ahead * here
                 if wind[0] - CLOSE <= estimate <= wind[-1] + CLOSE:
-                    rows.append(_weights(wind, estimate))
+                    rows.append([np.interp(estimate, wind, unit) for unit in np.eye(len(wind))])
                     bounds.append(here * (1 + ahead * slope))
     return np.array(rows), np.array(bounds)
 
@@ -200,16 +192,6 @@ def _meetings(wind: Floats, low: float, high: float, first: float, last: float) 
     yield high
     for node in wind[(wind > min(first, last)) & (wind < max(first, last))]:
         yield low + (high - low) * (float(node) - first) / (last - first)
-
-
-def _weights(wind: Floats, at: float) -> Floats:
-    """Return the row that gives r at a wind from r at the nodes."""
-    row = np.zeros(len(wind))
-    inside = min(max(at, float(wind[0])), float(wind[-1]))
-    i = min(int(np.searchsorted(wind, inside, side="right")) - 1, len(wind) - 2)
-    share = (inside - wind[i]) / (wind[i + 1] - wind[i])
-    row[i : i + 2] = 1 - share, share
-    return row
 
 
 def _down(values: Floats) -> Floats:
@@ -274,10 +256,15 @@ def loop_document(
         claims.append(set_points_claim(turbine, law, model, gains))
     if controller is not None:
         say("loop with its observer, at constant winds")
-        inertia = claims[0]["uncertainty"]["inertia"]
-        running, reasons = running_claim(model, gains, controller, inertia)
-        claims += running
-        left_out |= reasons
+        # Imported here: it loads a solver.
+        from takagi.certificates.claims.turbine.running_loop_claim import running_loop_claim
+
+        filters, inertia = controller, claims[0]["uncertainty"]["inertia"]
+        claim, why = _unless_open(
+            lambda: running_loop_claim(model, gains, filters, inertia), model, gains, []
+        )
+        claims += [claim] if claim else []
+        left_out |= {} if claim else {"running-loop": f"not claimed: {why}"}
     return certificate_document(
         model=model,
         gains=gains,
@@ -300,25 +287,6 @@ def loop_claims(
         claims += [claim] if claim else []
         left_out |= {kind: f"not claimed: {why}"} if why else {}
     return claims, left_out
-
-
-def running_claim(
-    model: Mapping[str, Any],
-    gains: Mapping[str, Any],
-    controller: Mapping[str, Any],
-    inertia: Sequence[float],
-) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Return the claim about the loop with its observer, or by its kind why there is none.
-
-    ``controller``, ``inertia`` : as ``running_loop_claim`` takes them.
-    """
-    # Imported here: it loads a solver.
-    from takagi.certificates.claims.turbine.running_loop_claim import running_loop_claim
-
-    claim, why = _unless_open(
-        lambda: running_loop_claim(model, gains, controller, inertia), model, gains, []
-    )
-    return ([claim], {}) if claim else ([], {"running-loop": f"not claimed: {why}"})
 
 
 def _unless_open(
