@@ -261,7 +261,7 @@ def _largest_set(
     Q, S = split(np.asarray(raw.y))
     if np.linalg.eigvalsh(Q).min() <= 0 or min(float(s.min(initial=1)) for s in S) <= 0:
         return None
-    return np.linalg.inv(Q), [1 / s for s in S]
+    return np.asarray(np.linalg.inv(Q), dtype=np.float64), [1 / s for s in S]
 
 
 def _piece(rates: Floats, outer: Floats, Q: Floats, s: Floats, decay: float) -> Floats:

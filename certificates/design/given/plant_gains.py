@@ -178,7 +178,7 @@ def read_observer_gains(
             f"{', '.join(work.question.measured)}; design the gains anew, or leave out 'measured'"
         )
     where = f"{source}: law"
-    K = _gains(law, work.base.model, source)
+    K = _gains(law, work.base.task.model, source)
     L = stack_of(read_stack(member(law, "observer", where), "L", f"{where}.observer"))
     (r, _, n), p = K.shape, len(work.question.rows)
     if L.shape[0] not in (1, r) or L.shape[1:] != (n, p):

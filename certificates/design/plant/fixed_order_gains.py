@@ -29,16 +29,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
+from takagi.certificates.design.plant.gain_task import FoundGains, GainTask
 from takagi.certificates.design.plant.static_gains import beyond_search, measured_states
 from takagi.models.arrays import Floats
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.norm_wish import NormWish
     from takagi.certificates.requests.loop.loop import ClaimedLoop
-    from takagi.lmi import Design
     from takagi.lmi.gains.descent.gain_loops import GainLoops
-    from takagi.models.plant.design_settings import PlantSettings
-    from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
 
 # Noise of the sensors as shares of the ranges, and what inputs over their ranges count beside
@@ -58,38 +56,23 @@ FASTER = 1.1
 SHARE_OF_RATE = 0.25
 
 
-def fixed_order_gains(
-    plant: Plant,
-    model: TSModel,
-    settings: PlantSettings,
-    wish: NormWish | None,
-    *,
-    box: Floats,
-    input_limit: Floats | None,
-) -> tuple[Design, tuple[str, ...]]:
-    """Return the controller as gains of states and inputs of the plant with integrators, and notes.
+def fixed_order_gains(task: GainTask, wish: NormWish | None) -> FoundGains:
+    """Return the controller as gains of states and inputs of the plant with integrators.
 
-    Parameters
-    ----------
-    box : (n,) half-widths of the states, inf for none.
-    input_limit : (m,), inf for the integrators' inputs; None without limits.
-
-    Returns
-    -------
-    A ``Design`` without gains, whose answer says what to try, where none was found.
+    Where none was found, the answer says what to try.  The task's limits of the integrators' inputs
+    are inf.
     """
     from takagi.certificates.document.plant_embedding import plant_and_claim
     from takagi.certificates.requests.decay import common_function
     from takagi.certificates.requests.loop.loop import ClaimedLoop
     from takagi.lmi import Answer, Design
 
-    order, rate = settings.order, settings.decay_rate
-    alpha = rate if isinstance(rate, float | int) else None
-    task = _Task(plant, model, settings, wish, *_sizes(model, plant, box, input_limit))
+    model, settings, input_limit, alpha = task.model, task.settings, task.input_limit, task.rate
+    search, order = _Search(task, wish, *_sizes(task)), settings.order
     data = plant_and_claim(model)[0]
     tried: list[str] = []
     candidates: list[tuple[float, Design, str]] = []
-    for share, K in _controllers(task):
+    for share, K in _controllers(search):
         words = f"with sensor noise of {share:g} times the ranges"
         loop = ClaimedLoop.of(model, K, model_data=data)
         answer = common_function(loop, alpha)
@@ -98,11 +81,11 @@ def fixed_order_gains(
             continue
         size, P = 1.0, np.asarray(answer.P)
         if wish is not None:
-            loops = _loops(task, 0.0, 1.0)
+            loops = _loops(search, 0.0, 1.0)
             size = -loops.norm(loops.entries(K[:1] @ loops.C2[0].T))[0]
-        elif input_limit is not None and np.isfinite(box).any():
+        elif input_limit is not None and np.isfinite(task.box).any():
             set_rate = SHARE_OF_RATE * (answer.decay_rate or 0.0) if alpha is None else alpha
-            size, P = _set_of_starts(loop, plant, input_limit, set_rate) or (0.0, P)
+            size, P = _set_of_starts(loop, task, input_limit, set_rate) or (0.0, P)
         design = Design(
             gains=K,
             P=P,
@@ -122,35 +105,33 @@ def fixed_order_gains(
         fast = [entry for entry in candidates if entry[1].decay_rate >= enough]
         _, design, words = max(fast, key=lambda entry: entry[0])
         note = f"a {sought}, by a local search {words}"
-        return design, (note, *beyond_search(settings))
-    steps = [f"a higher order than {order}"] if order < len(plant.own_states) else []
+        return FoundGains(design, (note, *beyond_search(settings)))
+    steps = [f"a higher order than {order}"] if order < len(task.plant.own_states) else []
     steps += ["narrower ranges"] if len(model.A) > 1 else []
     steps += ["a lower decay rate"] if alpha else []
     steps += ["another state in measured", "no controller for an observer"]
     why = "; ".join(tried) or "no start led to stable rules"
     diagnosis = f"a local search found no {sought} ({why}); try {', or '.join(steps)}"
     unknown = Answer(status="unknown", margin=-np.inf, diagnosis=diagnosis)
-    return Design(decay_rate=0.0, margin=-np.inf, relaxation="common-gain", answer=unknown), ()
+    none = Design(decay_rate=0.0, margin=-np.inf, relaxation="common-gain", answer=unknown)
+    return FoundGains(none)
 
 
-class _Task(NamedTuple):
+class _Search(NamedTuple):
     """What is asked; sizes of the plant's states and inputs, and how fast it moves."""
 
-    plant: Plant
-    model: TSModel
-    settings: PlantSettings
+    task: GainTask
     wish: NormWish | None
     states: Floats
     inputs: Floats
     speed: float
 
 
-def _sizes(
-    model: TSModel, plant: Plant, box: Floats, input_limit: Floats | None
-) -> tuple[Floats, Floats, float]:
+def _sizes(task: GainTask) -> tuple[Floats, Floats, float]:
     """Return sizes of the plant's own states and inputs, and how fast it moves, per s or sample."""
     from takagi.lmi.cone.balance import state_units
 
+    plant, model, box, input_limit = task.plant, task.model, task.box, task.input_limit
     n, m = len(plant.own_states), len(plant.inputs) - len(plant.integrators)
     A, B = np.asarray(model.A)[:, :n, :n], np.asarray(model.B)[:, :n, :m]
     s = np.where(np.isfinite(box[:n]), box[:n], state_units(A, None, step=model.sample_time))
@@ -164,7 +145,7 @@ def _sizes(
     return s, u, float(fastest.min()) or 1.0
 
 
-def _controllers(task: _Task) -> Iterator[tuple[float, Floats]]:
+def _controllers(search: _Search) -> Iterator[tuple[float, Floats]]:
     """Yield shares of noise and gains K (r, m, n), one for all rules.
 
     With stable vertices, and where it is found, with a common function.
@@ -172,10 +153,11 @@ def _controllers(task: _Task) -> Iterator[tuple[float, Floats]]:
     from takagi.lmi.gains.descent.many_starts import best_gains, descend
 
     F: Floats | None = None
-    enough = 0.0 if task.settings.decay_rate else SLOW * task.speed
-    for share, price in WEIGHTS if task.wish is None else WEIGHTS_OF_GAIN:
-        loops = _loops(task, share, price)
-        if F is None or task.wish is not None:
+    model, wish = search.task.model, search.wish
+    enough = 0.0 if search.task.settings.decay_rate else SLOW * search.speed
+    for share, price in WEIGHTS if wish is None else WEIGHTS_OF_GAIN:
+        loops = _loops(search, share, price)
+        if F is None or wish is not None:
             named = [] if F is None else [("before", F)]
             ends = best_gains(loops, named, starts=STARTS, seed=SEED)
             if not ends:
@@ -185,8 +167,8 @@ def _controllers(task: _Task) -> Iterator[tuple[float, Floats]]:
             end = descend(loops.norm, loops.entries(F), steps=STEPS, enough=ENOUGH)
             F = loops.gains(end.x)
         K = _with_function(loops, F, enough) @ loops.C2[0]
-        rule_gains = np.broadcast_to(K, task.model.B.transpose(0, 2, 1).shape)
-        yield share, _in_even_states(task.model, task.states, rule_gains)
+        rule_gains = np.broadcast_to(K, model.B.transpose(0, 2, 1).shape)
+        yield share, _in_even_states(model, search.states, rule_gains)
 
 
 def _with_function(loops: GainLoops, F: Floats, enough: float) -> Floats:
@@ -224,28 +206,29 @@ def _with_function(loops: GainLoops, F: Floats, enough: float) -> Floats:
     return F if point is None else point.F
 
 
-def _loops(task: _Task, share: float, price: float) -> GainLoops:
+def _loops(search: _Search, share: float, price: float) -> GainLoops:
     """Return the loops of the module's text, with (u, v) = -F (y, x_c)."""
     from takagi.lmi.gains.descent.gain_loops import GainLoops
 
-    model, rate, s, u = task.model, task.settings.decay_rate, task.states, task.inputs
+    task, wish, s, u, speed = search
+    model, rate = task.model, task.rate
     (r, n, m), count = model.B.shape, len(s)
     rows = measured_states(task.plant, task.settings)
     y = np.eye(n)[rows]
-    if task.wish is None:
-        E = np.eye(n, count) * task.speed * s
+    if wish is None:
+        E = np.eye(n, count) * speed * s
         C = np.vstack([np.eye(count, n) / s[:, None], np.zeros((len(u), n))])
         D12 = np.vstack([np.zeros((count, m)), price * np.eye(len(u), m) / u[:, None]])
         D11 = np.zeros((len(C), count))
         E, C, D12, D11 = (np.broadcast_to(M, (r, *M.shape)) for M in (E, C, D12, D11))
     else:
-        disturbed = task.wish.plant(model, None)
+        disturbed = wish.plant(model, None)
         E, C, D12, D11 = disturbed.E, disturbed.C, disturbed.D12, disturbed.D11
     sensors = [k for k, row in enumerate(rows) if row < count]
     noise = np.zeros((len(rows), len(sensors)))
     noise[sensors, range(len(sensors))] = share * s[[rows[k] for k in sensors]]
     sensed, p = np.hstack([np.zeros((len(rows), E.shape[2])), noise]), C.shape[1]
-    faster = FASTER * rate if isinstance(rate, float | int) else 0.0
+    faster = FASTER * (rate or 0.0)
     A, B = np.array(model.A, dtype=np.float64), np.array(model.B, dtype=np.float64)
     if model.sample_time is None:
         A = A + faster * np.eye(n)
@@ -291,7 +274,7 @@ def _in_even_states(model: TSModel, s: Floats, K: Floats) -> Floats:
 
 
 def _set_of_starts(
-    loop: ClaimedLoop, plant: Plant, input_limit: Floats, rate: float
+    loop: ClaimedLoop, task: GainTask, input_limit: Floats, rate: float
 ) -> tuple[float, Floats] | None:
     """Return the mean width of the largest set of starts x, x_c = 0, and its P; or None."""
     from takagi.certificates.requests.loop.set_level import box_rows
@@ -301,7 +284,7 @@ def _set_of_starts(
     limited = np.isfinite(input_limit)
     rows = loop.gains[:, limited] / input_limit[limited, None]
     rows = np.vstack([box_rows(loop), rows.reshape(-1, rows.shape[2])])
-    starts = np.eye(loop.exact.order)[:, plant.own_states]
+    starts = np.eye(loop.exact.order)[:, task.plant.own_states]
     ellipsoid = start_set(loop.A, rows, starts, decay_rate=rate, sample_time=loop.sample_time)
     if ellipsoid.P is None:
         return None

@@ -22,18 +22,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from takagi.certificates.design.plant.gain_task import FoundGains, GainTask
 from takagi.certificates.design.plant.norm_wish import NormWish
+from takagi.certificates.design.plant.plain_words import in_file_rates
+from takagi.certificates.design.plant.wishes import crossing_rates, held_from, pole_rates
 from takagi.models.arrays import Floats
 from takagi.models.plant.design_settings import Norm
 
 if TYPE_CHECKING:
     from takagi.lmi import Design
     from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
-    from takagi.models.plant.design_settings import Effort, PlantSettings
+    from takagi.models.plant.design_settings import Effort
 
 # Of the least norm that was found, the norm that gains are designed for.
 ABOVE: Mapping[Effort, float] = {"small": 1.5, "moderate": 1.1, "large": 1.02}
@@ -66,6 +70,25 @@ class NormQuestion:
     limited: bool
     duration: float
 
+    @classmethod
+    def of(cls, task: GainTask, wish: NormWish, relaxation: str) -> NormQuestion:
+        """Return the question with all wishes that have LMIs beside the norm.
+
+        Without an initial box, limits are not posed.  The last, fastest of the plant's rates gives
+        the time scale.
+        """
+        model, box, limit, rate = task.model, task.box, task.input_limit, task.rate
+        options: dict[str, Any] = {"gain_bound": task.settings.gain_bound}
+        if rate:
+            options["decay_rate"] = rate
+        limited = any(task.initial) and wish.kind != "h2"
+        if limited:
+            options |= {"initial_box": task.initial, "input_limit": limit}
+            options["state_box"] = box if np.isfinite(box).any() else None
+        rates = pole_rates(model) if limit is None else crossing_rates(model, box, limit)
+        duration = 1 / (rate or (rates[-1] if rates else 1.0))
+        return cls(wish, wish.plant(model, task.region), relaxation, options, limited, duration)
+
     def asked(self, below: float | None, size: float) -> Design:
         """Return gains with a norm below a number, or the least; else the last attempt.
 
@@ -87,41 +110,8 @@ class NormQuestion:
         return design
 
 
-def question_of(
-    wish: NormWish,
-    plant: DisturbedPlant,
-    settings: PlantSettings,
-    *,
-    relaxation: str,
-    box: Floats,
-    input_limit: Floats | None,
-    initial: list[float],
-    rates: list[float],
-) -> NormQuestion:
-    """Return the question with all wishes that have LMIs beside the norm.
-
-    Without half-widths of the initial box, (n,) or empty, limits are not posed.  The last, fastest
-    of the plant's rates gives the time scale.
-    """
-    rate = settings.decay_rate if isinstance(settings.decay_rate, float | int) else None
-    options: dict[str, Any] = {"gain_bound": settings.gain_bound}
-    if rate:
-        options["decay_rate"] = rate
-    limited = any(initial) and wish.kind != "h2"
-    if limited:
-        options |= {"initial_box": initial, "input_limit": input_limit}
-        options["state_box"] = box if np.isfinite(box).any() else None
-    duration = 1 / (rate or (rates[-1] if rates else 1.0))
-    return NormQuestion(wish, plant, relaxation, options, limited, duration)
-
-
-def norm_gains(
-    question: NormQuestion,
-    settings: PlantSettings,
-    plain: Design,
-    keeps_limits: Callable[[Floats], bool] | None = None,
-) -> tuple[Design, tuple[str, ...]]:
-    """Return gains with the norm that is asked for, or near the least one, and notes.
+def norm_gains(task: GainTask, wish: NormWish, plain: Design) -> FoundGains:
+    """Return gains with the norm that is asked for, or near the least one.
 
     Where the LMIs do not reach the norm that is asked for, the gains are those with the least norm
     that was found; the claim, which is about the loop, may still be proved.
@@ -130,30 +120,37 @@ def norm_gains(
     ----------
     plain : gains with all wishes but the norm, which is then reduced from theirs where the least
         is not found, or where its LMIs lack the limits of inputs.
-    keeps_limits : whether gains keep these limits from the initial box; None where the LMIs have
-        them, or where there are none.
     """
-    below, size = question.wish.below, 1.0
-    notes: tuple[str, ...] = ()
-    if keeps_limits is not None:
-        design, note = _reduced(question, plain, keeps_limits)
+    if not plain.found:
+        return FoundGains(plain)
+    question = NormQuestion.of(task, wish, plain.relaxation)
+    below, size = wish.below, 1.0
+    limits, notes = task.input_limit, tuple[str, ...]()
+    # Without limits in the LMIs, gains have to keep those of the inputs from the initial box.
+    reduced = limits is not None and not question.limited
+    if limits is not None and reduced:
+        keeps = partial(held_from, task.model, task.initial, limits)
+        design, note = _reduced(question, plain, keeps)
     else:
         design, size = _least(question)
         notes = (_size_note(question, size),) if question.limited and design.found else ()
         note = f"the least norm of the LMIs with all wishes is {_gain(design):.4g}"
         if not design.found and not question.limited:
             design, note = _reduced(question, plain, lambda gains: True)
-    if not design.found or (below is None and keeps_limits is not None):
-        return design, (*notes, note)
-    target = INSIDE * below if below is not None else ABOVE[settings.effort] * _gain(design)
-    wanted = question.asked(target, size)
-    if below is None:
-        milder = f"; designed for {target:.4g}, where the gains are smaller"
-        return (wanted, (*notes, note + milder)) if wanted.found else (design, (*notes, note))
-    if wanted.found:
-        return wanted, notes
-    note += f", above norm_below = {below:g}: these gains have about that; allow more, or relax"
-    return design, (*notes, f"{note} another wish")
+    if design.found and (below is not None or not reduced):
+        above = ABOVE[task.settings.effort] * _gain(design)
+        target = INSIDE * below if below is not None else above
+        asked = question.asked(target, size)
+        design = asked if asked.found else design
+        if below is None and asked.found:
+            note += f"; designed for {target:.4g}, where the gains are smaller"
+        elif below is not None and asked.found:
+            note = ""
+        elif below is not None:
+            note += f", above norm_below = {below:g}: these gains have about that; allow more, or "
+            note += "relax another wish"
+    words = filter(None, (*notes, note))
+    return FoundGains(design, tuple(in_file_rates(n, task.plant) for n in words))
 
 
 def _reduced(

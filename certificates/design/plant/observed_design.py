@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -19,12 +19,12 @@ from takagi.certificates.design.plant.candidates import (
     regulator_gains,
     used_gains,
 )
-from takagi.certificates.design.plant.gains import (
+from takagi.certificates.design.plant.gain_task import (
     FoundGains,
-    find_gains,
     rounded_gains,
     weights_at_rest,
 )
+from takagi.certificates.design.plant.gains import find_gains
 from takagi.certificates.design.plant.observed_candidates import (
     MOST_LOOPS,
     MOST_STATES,
@@ -90,12 +90,12 @@ class ObservedWork:
     def of(cls, base: PlantWork) -> ObservedWork:
         """Return it, after the checks of ``observer_question``."""
         with base.clock("model"):
-            question = observer_question(base.plant, base.model, base.settings)
-            data, claims, _ = plant_and_claim(base.model)
+            question = observer_question(base.task.plant, base.task.model, base.task.settings)
+            data, claims, _ = plant_and_claim(base.task.model)
             assert data is not None  # the question has written it already
             if question.slopes is not None:
                 data |= {"slopes": slopes_data(question.slopes)}
-                claims = [*claims, slope_claim(base.plant.name)]
+                claims = [*claims, slope_claim(base.task.plant.name)]
             if base.files:
                 data |= content_of(base.files)
         return cls(base, question, data, tuple(claims))
@@ -104,9 +104,9 @@ class ObservedWork:
         """Return the loop with gains K (r, m, n) and L (r or 1, n, p)."""
         at_estimate = self.question.at_estimate
         observer = observer_member(L, self.question.measured, at_estimate=at_estimate)
-        law = pdc_law_data(self.base.model, gains) | law_members(self.model_data)
+        law = pdc_law_data(self.base.task.model, gains) | law_members(self.model_data)
         law |= {"observer": observer}
-        return ClaimedLoop.of(self.base.model, gains, model_data=self.model_data, law=law)
+        return ClaimedLoop.of(self.base.task.model, gains, model_data=self.model_data, law=law)
 
     def certified_pair(
         self,
@@ -120,7 +120,7 @@ class ObservedWork:
         """Return the design with its certificate; ``P`` is a function that was found before."""
         from takagi.models.laws.pdc import OutputFeedback, PdcLaw
 
-        base, asked = self.base, self.base.requirements
+        base, task, asked = self.base, self.base.task, self.base.requirements
         with base.clock("exact proof"):
             loop = self.loop(gains, L)
             attempt = ObservedLoop(asked.decay_rate, asked.input_limits, P).attempt(loop)
@@ -128,34 +128,32 @@ class ObservedWork:
                 model=self.model_data,
                 gains=loop.gains_data,
                 claims=[*self.claims, attempt.claim],
-                provenance=provenance(base.settings, {"observed-loop": attempt.solver}),
+                provenance=provenance(base.task.settings, {"observed-loop": attempt.solver}),
                 files=base.files,
             )
             checked = check_document(document)
         law = document["gains"]
         trim = law["trim"]
-        feedback = PdcLaw(base.model, gains, np.array(trim["state"]), np.array(trim["input"]))
+        feedback = PdcLaw(task.model, gains, np.array(trim["state"]), np.array(trim["input"]))
         run = OutputFeedback(feedback, L, self.question.rows, self.question.at_estimate)
-        members = plant_members(base.plant, base.model, law, checked, notes)
+        members = plant_members(task.plant, task.model, law, checked, notes)
         certificate = Certificate(bound(document, members), checked, attempt.tried)
         seconds = dict(base.clock.seconds)
-        values = (base.plant, base.settings, base.model, design, gains, None, certificate)
+        values = (task.plant, task.settings, task.model, design, gains, None, certificate)
         return PlantDesign(*values, notes, seconds, output_law=run, observer=observer)
 
 
 def design_observed(work: PlantWork) -> PlantDesign | NoDesign:
     """Return gains, observer and their certificate, or why there are none."""
-    observed, settings = ObservedWork.of(work), work.settings
-    rate = settings.decay_rate
+    observed, task, rate = ObservedWork.of(work), work.task, work.task.settings.decay_rate
     if isinstance(rate, float):
-        settings = replace(settings, decay_rate=RATE_FACTOR * rate)
+        task = task.asking(decay_rate=RATE_FACTOR * rate)
     with work.clock("gains"):
-        found_gains = find_gains(work.plant, work.model, settings)
+        found_gains = find_gains(task)
         if found_gains.design.found and _count(observed) > MOST_MATRICES:
-            common = replace(settings, relaxation="common-gain")
-            found_gains = find_gains(work.plant, work.model, common)
+            found_gains = find_gains(task.asking(relaxation="common-gain"))
     if not found_gains.design.found:
-        cause = obstacle(found_gains.design.answer, work.plant, work.model, settings)
+        cause = obstacle(found_gains.design.answer, task.plant, task.model, task.settings)
         return NoDesign("\n".join(filter(None, (cause, found_gains.design.answer.diagnosis))))
     with work.clock("observer"):
         pairs = _pairs(observed, found_gains)
@@ -182,7 +180,7 @@ def design_observed(work: PlantWork) -> PlantDesign | NoDesign:
 
 def _count(work: ObservedWork) -> int:
     """Return about how many matrices the joint loop has with a gain for every rule."""
-    rules = len(work.base.model.A)
+    rules = len(work.base.task.model.A)
     slopes = 1 if work.question.slopes is None else len(slope_vertices(work.question)[0])
     return rules * (rules + 1) // 2 * slopes
 
@@ -211,10 +209,10 @@ def _beside_regulator(
     work: ObservedWork, first: FoundGains, pairs: list[ObserverPair]
 ) -> ObserverPair | None:
     """Return the best of pairs by LMIs, and gains with Kalman filters; None: no choice."""
-    plant, model, settings = work.base.plant, work.base.model, work.base.settings
+    model = work.base.task.model
     if len(model.states) > MOST_STATES or _count(work) > MOST_LOOPS:
         return None
-    contest = contest_of(plant, model, settings, first)
+    contest = contest_of(work.base.task, first)
     if contest is None:
         return None
     rows = work.question.rows
@@ -245,7 +243,7 @@ def _pair(
     """Return gains and observer with their set at a decay rate [1/s], or why there is none."""
     from takagi.lmi.analysis.start_set import start_set
 
-    model, limits = work.base.model, work.base.requirements.input_limits
+    model, limits = work.base.task.model, work.base.requirements.input_limits
     K = rounded_gains(np.asarray(gains.design.require()[0]), DIGITS[0])
     loop = work.loop(K, rounded_gains(L, DIGITS[0]))
     limited = {} if limits is None else {"input_limits": np.asarray(limits).tolist()}
@@ -261,7 +259,7 @@ def _by_lmis(work: ObservedWork, gains: FoundGains, tried: list[str]) -> Iterato
     """Yield the gains with observers by LMIs, the slowest first; ``tried`` gets why others fail."""
     from takagi.lmi import observer
 
-    question, model = work.question, work.base.model
+    question, model = work.question, work.base.task.model
     rate, gain_rate = work.base.requirements.decay_rate, float(gains.design.decay_rate)
     if question.slopes is not None:
         S, R = slope_vertices(question)

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.models.arrays import Floats
+from takagi.certificates.design.plant.gain_task import FoundGains, GainTask
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from takagi.lmi import Design
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
-    from takagi.models.ts.model import TSModel
 
 # Random gains from which the energy gain is minimised as well.
 STARTS = 10
@@ -126,45 +125,40 @@ def measured_states(plant: Plant, settings: PlantSettings) -> list[int]:
 
 
 def static_gains(
-    plant: Plant,
-    model: TSModel,
-    settings: PlantSettings,
-    wish: NormWish | None,
-    *,
-    relaxation: str,
-    box: Floats,
-    input_limit: Floats | None,
-    unstructured: Design,
-) -> tuple[Design, tuple[str, ...]]:
-    """Return the best gains that were found, as a design, and notes.
+    task: GainTask, wish: NormWish | None, *, relaxation: str, unstructured: Design
+) -> FoundGains:
+    """Return the best gains that were found.
 
     ``unstructured`` : gains of all states with the same wishes, for the size that is natural.
     """
     from takagi.lmi import structured_pdc
 
+    plant, settings, box, input_limit = task.plant, task.settings, task.box, task.input_limit
     rows = measured_states(plant, settings)
     names = ", ".join(plant.states[k].name for k in rows)
-    options: dict[str, Any] = {"output": np.eye(len(plant.states))[rows]}
-    rate, ranged = settings.decay_rate, bool(np.isfinite(box).all())
     if not unstructured.found:
-        return unstructured, (f"without gains of all states there are none of {names}",)
+        return FoundGains(unstructured, (f"without gains of all states there are none of {names}",))
     natural = float(np.linalg.norm(np.asarray(unstructured.gains), 2, axis=(1, 2)).max())
-    options["gain_bound"] = settings.gain_bound or float(f"{LARGER * natural:.3g}")
-    subject: Any = model
+    options: dict[str, Any] = {
+        "output": np.eye(len(plant.states))[rows],
+        "gain_bound": settings.gain_bound or float(f"{LARGER * natural:.3g}"),
+        "objective": "decay_rate",
+    }
+    subject: Any = task.model
+    costs = settings.decay_rate is None and settings.objective is None and np.isfinite(box).all()
     if wish is not None:
-        subject = wish.plant(model, None)
+        subject = wish.plant(task.model, None)
         # Of one rule the descent is the whole search; of several it is a start more.
-        options |= {"objective": "hinf", "starts": STARTS if len(model.A) == 1 else 0}
-    elif rate is None and settings.objective is None and ranged and input_limit is not None:
+        options |= {"objective": "hinf", "starts": STARTS if len(task.model.A) == 1 else 0}
+    elif costs and input_limit is not None:
         weights = {"Q": np.diag(box**-2), "R": np.diag(input_limit**-2), "deviations": box}
         options |= {"objective": "cost", **weights}
-    else:
-        options["objective"] = "decay_rate"
     result = structured_pdc(subject, relaxation=relaxation, **options)
     aim = "energy gain" if wish is not None else options["objective"].replace("_", " ")
     note = f"static output feedback of {names}, by a local search for the best {aim}"
-    slow = aim == "decay rate" and isinstance(rate, float | int) and result.value < rate
-    found = replace(
+    if aim == "decay rate" and task.rate is not None and result.value < task.rate:
+        note += f"; it is {result.value:.4g} 1/s, with a norm of at most {options['gain_bound']:g}"
+    design = replace(
         unstructured,
         gains=result.gains,
         P=result.P,
@@ -172,9 +166,7 @@ def static_gains(
         relaxation=result.relaxation,
         answer=result.answer,
     )
-    if slow:
-        note += f"; it is {result.value:.4g} 1/s, with a norm of at most {options['gain_bound']:g}"
-    return found, (note, *beyond_search(settings))
+    return FoundGains(design, (note, *beyond_search(settings)))
 
 
 def beyond_search(settings: PlantSettings) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 A set that stays in narrower ranges of states stays in the wider ones of the file, so that the claim
 holds for the file's plant.  Slopes that vary less allow a larger set: a series motor, whose torque
 is K i^2, may jump 12 times as far if the current stays in [2, 9] A in place of [0.5, 12] A.
-Where outputs follow no reference, ``tracking_obstacle`` says which ranges to narrow by how much.
+Where outputs follow no reference, ``_obstacle`` says which ranges to narrow by how much.
 """
 
 from __future__ import annotations
@@ -14,22 +14,18 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from takagi.certificates.design.design import NoDesign, StepClock
+from takagi.certificates.design.plant.gain_task import FoundGains, GainTask
 from takagi.certificates.design.plant.plain_words import in_plant_words, require_sensible
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.design.plant.tracking_gains import (
-    TrackingGains,
-    require_measured,
-    tracking_gains,
-)
+from takagi.certificates.design.plant.tracking_gains import require_measured, tracking_gains
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import range_in_file_units
 from takagi.models.tracking import held_rests, signals_of
 
 if TYPE_CHECKING:
-    from takagi.models.plant.design_settings import PlantSettings
+    from takagi.lmi import Design
     from takagi.models.plant.plant import Plant, Variable
-    from takagi.models.ts.model import TSModel
 
 
 # Shares of the ranges of states that are tried for a set in which outputs follow references, what
@@ -38,25 +34,24 @@ NARROWER = (Fraction(1, 2), Fraction(1, 4))
 LEAST_INCREASE, ENOUGH_JUMP = 1.5, 0.5
 
 
-def design_tracking(
-    plant: Plant, model: TSModel, settings: PlantSettings, clock: StepClock
-) -> tuple[Plant, TSModel, TrackingGains] | NoDesign:
+def design_tracking(task: GainTask, clock: StepClock) -> tuple[GainTask, FoundGains] | NoDesign:
     """Return gains with integral action and what they hold on; or why none and what would help.
 
-    What they hold on is the plant, with narrower ranges where they help, and its model.
+    What they hold on is the task, with narrower ranges of the plant where they help.
     """
-    require_sensible(plant, model, settings)
+    plant = task.plant
+    require_sensible(plant, task.model, task.settings)
     if plant.hides_states:
-        require_measured(plant, model)
+        require_measured(plant, task.model)
     with clock("gains"), in_plant_words(plant):
-        gains = tracking_gains(plant, model, settings)
-        found = plant, model, gains
+        gains = tracking_gains(task)
+        best = task, gains
         if claims_alone(plant):  # all claims say that states stay in their ranges
-            found = _within_narrower_ranges(*found, settings)
-    if found[-1].jump > 0:
-        return found
+            best = _within_narrower_ranges(task, gains)
+    if best[1].jump > 0:
+        return best
     with clock("what would help"):
-        return NoDesign(tracking_obstacle(plant, settings, gains))
+        return NoDesign(_obstacle(task, gains.design))
 
 
 def claims_alone(plant: Plant) -> bool:
@@ -64,35 +59,38 @@ def claims_alone(plant: Plant) -> bool:
     return bool(plant.references) and (plant.hides_states or not plant.rests_exactly)
 
 
-def _within_narrower_ranges(
-    plant: Plant,
-    model: TSModel,
-    gains: TrackingGains,
-    settings: PlantSettings,
-) -> tuple[Plant, TSModel, TrackingGains]:
+def _within_narrower_ranges(task: GainTask, gains: FoundGains) -> tuple[GainTask, FoundGains]:
     """Return gains and set within narrower ranges of states, where they allow larger jumps."""
+    plant, best = task.plant, (task, gains)
     states = [v for v in moving_slopes(plant) if v in plant.states]
-    best, jump = (plant, model, gains), gains.jump
     for share in NARROWER if states else ():
-        if jump >= ENOUGH_JUMP:
+        if best[1].jump >= ENOUGH_JUMP:
             break
         ranges = narrowed(plant, states, share)
-        narrow = with_ranges(plant, ranges)
         try:
-            secants = secant_model(narrow, rest=settings.rest)
-            narrower = tracking_gains(narrow, secants, settings)
+            narrow = _narrow_task(task, ranges)
+            narrower = tracking_gains(narrow)
         except ModelError:
             # The rests leave no room in these ranges.
             break
-        if narrower.jump > LEAST_INCREASE * jump:
-            narrowed_ranges = ", ".join(map(range_in_words, ranges.values()))
+        if narrower.jump > LEAST_INCREASE * best[1].jump:
             note = (
                 "states are proved to stay in narrower ranges, where slopes vary less: "
-                f"{narrowed_ranges}"
+                f"{', '.join(map(range_in_words, ranges.values()))}"
             )
-            noted = replace(narrower.gains, notes=(note, *narrower.gains.notes))
-            best, jump = (narrow, secants, replace(narrower, gains=noted)), narrower.jump
+            best = narrow, replace(narrower, notes=(note, *narrower.notes))
     return best
+
+
+def _narrow_task(task: GainTask, ranges: dict[str, Variable]) -> GainTask:
+    """Return the task within other ranges.
+
+    Raises
+    ------
+    ModelError : the rests leave no room in them.
+    """
+    narrow = with_ranges(task.plant, ranges)
+    return GainTask.of(narrow, secant_model(narrow, rest=task.settings.rest), task.settings)
 
 
 def moving_slopes(plant: Plant) -> list[Variable]:
@@ -143,16 +141,14 @@ def range_in_words(variable: Variable) -> str:
 RANGE_SHARES = (Fraction(1, 10), Fraction(1, 2), Fraction(1, 4))
 
 
-def tracking_obstacle(plant: Plant, settings: PlantSettings, gains: TrackingGains) -> str:
+def _obstacle(task: GainTask, design: Design) -> str:
     """Return that no set was found, and which narrower ranges have one, each by itself."""
     words = "no set was found in which outputs follow their references within the ranges"
-    design = gains.gains.design
     if not design.found:
         words = "no gain was found with which all slopes of the plant in its ranges settle"
         if design.answer.diagnosis:
             words += f" ({design.answer.diagnosis})"
-    groups = (_widest(plant, group, settings) for group in _groups(plant))
-    sentences = list(filter(None, groups))
+    sentences = [*filter(None, (_widest(task, group) for group in _groups(task.plant)))]
     if sentences:
         return f"{words}. A set is found with {'; or with '.join(sentences)}. Change one of these"
     return (
@@ -171,22 +167,21 @@ def _groups(plant: Plant) -> Iterator[list[Variable]]:
             yield group
 
 
-def _widest(plant: Plant, group: list[Variable], settings: PlantSettings) -> str:
+def _widest(task: GainTask, group: list[Variable]) -> str:
     """Return the widest of the narrower ranges with which a set is found, in words; else empty."""
-    if not _works(plant, group, RANGE_SHARES[0], settings):
+    if not _works(task, group, RANGE_SHARES[0]):
         return ""
-    wider = (s for s in RANGE_SHARES[1:] if _works(plant, group, s, settings))
+    wider = (s for s in RANGE_SHARES[1:] if _works(task, group, s))
     share = next(wider, RANGE_SHARES[0])
-    return " and ".join(range_in_words(v) for v in narrowed(plant, group, share).values())
+    return " and ".join(range_in_words(v) for v in narrowed(task.plant, group, share).values())
 
 
-def _works(plant: Plant, group: list[Variable], share: Fraction, settings: PlantSettings) -> bool:
+def _works(task: GainTask, group: list[Variable], share: Fraction) -> bool:
     """Return whether a set is found if these ranges are narrowed."""
-    narrow = with_ranges(plant, narrowed(plant, group, share))
+    ranges = narrowed(task.plant, group, share)
     try:
-        held_rests(narrow)
-        model = secant_model(narrow, rest=settings.rest)
-        return tracking_gains(narrow, model, settings, few=True).jump > 0
+        held_rests(with_ranges(task.plant, ranges))
+        return tracking_gains(_narrow_task(task, ranges), few=True).jump > 0
     except ModelError:
         # The ranges no longer hold the rests at all references.
         return False

@@ -23,15 +23,14 @@ reduced from slow to fast; the slowest observer is taken whose proved jumps are 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from takagi.certificates.design.plant.candidates import regulator_gain, used_gains
-from takagi.certificates.design.plant.gains import (
+from takagi.certificates.design.plant.gain_task import (
     FoundGains,
-    input_limits,
+    GainTask,
     rounded_gains,
     weights_at_rest,
 )
@@ -41,7 +40,6 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.lmi import Design
-    from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
 
@@ -54,30 +52,7 @@ SLOWER = 1  # how many slower integrals are tried with an observer
 WISHES = ("initial", "gain_bound", "damping", "fastest", "relaxation", "sample_time")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TrackingGains:
-    """Gains with integral action.
-
-    Attributes
-    ----------
-    gains : the design, or the last attempt at one.
-    observer : of a law with measured outputs; None for a law of all states.
-    jump : the least jump over the width of its reference's range that stays in all ranges, in
-        floating point; 0 where no set was found.
-    """
-
-    gains: FoundGains
-    observer: ConstantObserver | None = None
-    jump: float = 0.0
-
-
-def tracking_gains(
-    plant: Plant,
-    model: TSModel,
-    settings: PlantSettings,
-    *,
-    few: bool = False,
-) -> TrackingGains:
+def tracking_gains(task: GainTask, *, few: bool = False) -> FoundGains:
     """Return one gain for all vertices of a model with references.
 
     Parameters
@@ -88,16 +63,15 @@ def tracking_gains(
     ------
     ModelError : an option that this design does not have; a state or input without a range.
     """
-    _refuse(plant, settings)
-    sizes_at = _sizes(plant, model, settings)
-    shift = float(settings.decay_rate) if isinstance(settings.decay_rate, float | int) else 0.0
-    shifted, at_rest = replace_rate(model, shift), weights_at_rest(model)
+    _refuse(task)
+    model, sizes_at = task.model, _sizes(task)
+    shifted, at_rest = _faster(model, task.rate or 0.0), weights_at_rest(model)
     trials: list[tuple[float, float, Design]] = []
     first: Design | None = None
     for time in _times(model)[1::3] if few else _times(model):
         designs = _gains_of_cost(shifted, at_rest, *sizes_at(time))
         first = first or designs[0]
-        jumps = [_jump(plant, model, design, None) if design.found else -1.0 for design in designs]
+        jumps = [_jump(task, design, None) if design.found else -1.0 for design in designs]
         k = 1 if len(jumps) > 1 and FURTHER * jumps[1] >= jumps[0] else 0
         if jumps[k] >= 0:
             trials.append((jumps[k], time, designs[k]))
@@ -106,15 +80,13 @@ def tracking_gains(
     assert first is not None  # there is always a time
     largest_jump = max((jump for jump, _, _ in trials), default=0.0)
     if largest_jump <= 0:
-        last_design = trials[-1][2] if trials else first
-        return TrackingGains(FoundGains(last_design, (), {}, explainable=False))
-    accepted_jump = LEAST_JUMP_SHARE[settings.effort] * largest_jump
+        return FoundGains(trials[-1][2] if trials else first)
+    accepted_jump = LEAST_JUMP_SHARE[task.settings.effort] * largest_jump
     index = max(k for k, trial in enumerate(trials) if trial[0] >= accepted_jump)
-    if plant.hides_states:
-        return _with_observer(plant, model, settings, trials[max(index - SLOWER, 0) : index + 1])
+    if task.plant.hides_states:
+        return _with_observer(task, trials[max(index - SLOWER, 0) : index + 1])
     jump, time, design = trials[index]
-    gains = FoundGains(design, (_note(time, jump),), {}, explainable=False, sizes=sizes_at(time))
-    return TrackingGains(gains, jump=jump)
+    return FoundGains(design, (_note(time, jump),), sizes=sizes_at(time), jump=jump)
 
 
 def _gains_of_cost(
@@ -152,46 +124,43 @@ def _note(time: float, jump: float) -> str:
     )
 
 
-def _jump(plant: Plant, model: TSModel, design: Design, observer: ConstantObserver | None) -> float:
+def _jump(task: GainTask, design: Design, observer: ConstantObserver | None) -> float:
     """Return the least share of a range by which a reference may jump; 0 where no set was found."""
     from takagi.certificates.document.plant_embedding import plant_data
     from takagi.certificates.requests.loop.loop import ClaimedLoop
     from takagi.certificates.requests.tracking import Tracking, jump_shares
 
-    loop = ClaimedLoop.of(model, np.asarray(design.require()[0]), model_data=plant_data(model))
+    gains, data = np.asarray(design.require()[0]), plant_data(task.model)
+    loop = ClaimedLoop.of(task.model, gains, model_data=data)
     try:
         evidence = Tracking("jumps", observer=observer).candidate(loop)
     except ModelError:
         # The loop's rests leave no room in the ranges.
         return 0.0
-    return 0.0 if evidence is None else max(min(jump_shares(plant, evidence)), 0.0)
+    return 0.0 if evidence is None else max(min(jump_shares(task.plant, evidence)), 0.0)
 
 
-def _with_observer(
-    plant: Plant, model: TSModel, settings: PlantSettings, trials: list[tuple[float, float, Design]]
-) -> TrackingGains:
+def _with_observer(task: GainTask, trials: list[tuple[float, float, Design]]) -> FoundGains:
     """Return the slowest observer, with the fastest gains, that nearly have the largest jumps."""
     candidates = []
     for _, time, design in trials:
-        for observer, share in constant_observers(plant, model, time):
-            jump = _jump(plant, model, design, observer)
+        for observer, share in _constant_observers(task, time):
+            jump = _jump(task, design, observer)
             notes = (
                 _note(time, jump),
                 f"observer of {', '.join(observer.measured)}, constant matrices in the middle of "
                 f"the plant's slopes; outputs count as off by {share:.0%} of half their ranges",
             )
-            gains = FoundGains(design, notes, {}, explainable=False)
-            candidates.append(TrackingGains(gains, observer, jump))
+            candidates.append(FoundGains(design, notes, observer=observer, jump=jump))
     largest_jump = max((candidate.jump for candidate in candidates), default=0.0)
     if largest_jump <= 0:
-        return TrackingGains(FoundGains(trials[-1][2], (), {}, explainable=False))
-    accepted_jump = LEAST_JUMP_SHARE[settings.effort] * largest_jump
+        return FoundGains(trials[-1][2])
+    accepted_jump = LEAST_JUMP_SHARE[task.settings.effort] * largest_jump
     accepted = [candidate for candidate in candidates if candidate.jump >= accepted_jump]
-    fastest = accepted[-1].gains.design
-    return next(candidate for candidate in accepted if candidate.gains.design is fastest)
+    return next(candidate for candidate in accepted if candidate.design is accepted[-1].design)
 
 
-def replace_rate(model: TSModel, rate: float) -> TSModel:
+def _faster(model: TSModel, rate: float) -> TSModel:
     """Return the model with A + rate I: its gains make the loop of A faster by the rate [1/s]."""
     if not rate:
         return model
@@ -201,7 +170,8 @@ def replace_rate(model: TSModel, rate: float) -> TSModel:
     return Model(A, np.asarray(model.B), states=model.states, inputs=model.inputs)
 
 
-def _refuse(plant: Plant, settings: PlantSettings) -> None:
+def _refuse(task: GainTask) -> None:
+    plant, settings = task.plant, task.settings
     refused = [name for name in WISHES if getattr(settings, name)]
     if refused or settings.decay_rate == "max":
         name = refused[0] if refused else 'decay_rate = "max"'
@@ -211,15 +181,13 @@ def _refuse(plant: Plant, settings: PlantSettings) -> None:
         )
 
 
-def _sizes(
-    plant: Plant, model: TSModel, settings: PlantSettings
-) -> Callable[[float], tuple[Floats, Floats]]:
+def _sizes(task: GainTask) -> Callable[[float], tuple[Floats, Floats]]:
     """Return T -> (n,) and (m,), the sizes of states and inputs that cost the same."""
-    limits = input_limits(plant, model, settings)
+    plant, limits = task.plant, task.input_limit
     integrals = {reference.integral: reference for reference in plant.references}
     signals = {v.name: v for v in plant.disturbances}
     missing = [v.name for v in plant.states if v.range is None and v.name not in integrals]
-    if missing or not limits:
+    if missing or limits is None:
         subject = f"state {missing[0]}" if missing else "an input"
         raise ModelError(
             f"plant {plant.name!r}: {subject} has no range; to follow a reference gains are found "
@@ -236,7 +204,7 @@ def _sizes(
             else:
                 assert variable.range is not None  # asked above
                 states.append(float(variable.range.width) / 2)
-        return np.array(states), np.array([limits[v.name] for v in plant.inputs])
+        return np.array(states), limits
 
     return at
 
@@ -292,9 +260,7 @@ def require_measured(plant: Plant, model: TSModel) -> None:
     check_detectable(plant, model, rows, plant.own_states)
 
 
-def constant_observers(
-    plant: Plant, model: TSModel, time: float
-) -> Iterator[tuple[ConstantObserver, float]]:
+def _constant_observers(task: GainTask, time: float) -> Iterator[tuple[ConstantObserver, float]]:
     """Yield observers from slow to fast, and the share of the outputs' ranges that made them.
 
     Parameters
@@ -304,6 +270,7 @@ def constant_observers(
     from takagi.lmi import lqr_pdc
     from takagi.models import TSModel as Model
 
+    plant, model = task.plant, task.model
     states, rows = plant.own_states, list(plant.measured_rows)
     A, B = model.A[:, states][:, :, states], model.B[:, states]
     C = model.C[:, rows][:, :, states]
