@@ -135,8 +135,8 @@ def rate_range(
     # The linear program may return slightly less than phi; phi itself is used if it is feasible.
     nearest = np.where(rate > phi - 2 * 10.0**-RATE_DIGITS, phi, rate)
     nearest = np.where((rows[rows @ nearest > bounds + 1e-12] != 0).any(axis=0), rate, nearest)
-    nodes, r, limit = ([*map(exact, column.tolist())] for column in (wind, nearest, phi))
-    stated = Range(nodes, r, limit, exact(estimate_error))
+    columns = [[*map(exact, column.tolist())] for column in (wind, nearest, phi)]
+    stated = Range(columns[0], columns[1], columns[2], exact(estimate_error))
     fits = not first_failure(filter_keeps_up(stated, exact(wind_filter)))
     return RateRange(wind, nearest if fits else rate, phi, estimate_error)
 

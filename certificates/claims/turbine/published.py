@@ -177,7 +177,8 @@ class PublishedSearch:
             [[p.rotor_speed, max(p.pitch, self.law.turbine.pitch_min), p.integral] for p in ends],
             CENTRE_DIGITS,
         )
-        return self._around(wind, centre, _kind(ends))
+        kinds = {point.kind for point in ends}
+        return self._around(wind, centre, kinds.pop() if len(kinds) == 1 else "shifted")
 
     def _around(self, wind: tuple[float, float], centre: Floats, kind: str) -> FoundCell | Unproved:
         try:
@@ -322,11 +323,6 @@ def _halved(search: PublishedSearch, wind: tuple[float, float]) -> Iterator[Foun
     yield from _halved(search, (middle, high))
 
 
-def _kind(ends: list[Equilibrium]) -> str:
-    kinds = {point.kind for point in ends}
-    return kinds.pop() if len(kinds) == 1 else "shifted"
-
-
 def merged(spans: Sequence[Span]) -> list[Span]:
     """Return the union as disjoint ranges, in order."""
     union: list[Span] = []
@@ -377,7 +373,7 @@ def published_candidate(
     law: PublishedLaw,
     *,
     winds: Sequence[Span] | None = None,
-    narrowest: float | None = None,
+    narrowest: float = NARROWEST,
     ladder: tuple[float, ...] = (),
 ) -> PublishedCandidate:
     """Return cells in which the loop with a published law contracts, at constant winds.
@@ -385,7 +381,7 @@ def published_candidate(
     Parameters
     ----------
     winds : ranges [m/s]; None takes cut-in to cut-out.
-    narrowest : a failing cell is halved down to this width [m/s]; None takes the default.
+    narrowest : a failing cell is halved down to this width [m/s].
     ladder : half widths in speed [rad/s] of the sets to try, from the largest down; empty takes a
         small one and grows it as far as it goes.
 
@@ -393,8 +389,7 @@ def published_candidate(
     ------
     ModelError : a law that no claim covers (another filter, gains that depend on the premise d).
     """
-    width = NARROWEST if narrowest is None else narrowest
-    search = PublishedSearch.of(law, narrowest=width, ladder=ladder)
+    search = PublishedSearch.of(law, narrowest=narrowest, ladder=ladder)
     spans = tuple(winds) if winds else ((law.turbine.cut_in, law.turbine.cut_out),)
     results = [cell for span in spans for cell in search_cells(search, span)]
     return PublishedCandidate(
@@ -413,7 +408,7 @@ def with_overlaps(
     old: CouplingFilter = law.coupling
     ramp = old.speed_ramp
     below = (law.speed_setpoint - ramp.start) / ramp.width
-    start = _short(law.speed_setpoint - below * speed_overlap, 12)
+    start = float(f"{law.speed_setpoint - below * speed_overlap:.12g}")
     coupling = replace(
         old,
         speed_ramp=Ramp(start, speed_overlap, ramp.shape),
@@ -470,7 +465,3 @@ def _joined(gaps: Sequence[Unproved]) -> list[Unproved]:
         else:
             joined.append(gap)
     return joined
-
-
-def _short(value: float, digits: int = 9) -> float:
-    return float(f"{value:.{digits}g}")

@@ -309,27 +309,18 @@ def _changed(variable: Variable, equilibrium: float, entry: Mapping[str, Any]) -
             f"{variable.name}: rest {float(str(old)) / size:.6g}{text} -> "
             f"{equilibrium / size:.6g}{text}"
         )
-    old_range, new_range = _ends(entry.get("range"), size), _range(variable, size)
-    if old_range != new_range:
-        yield f"{variable.name}: range {_shown(old_range)}{text} -> {_shown(new_range)}{text}"
-
-
-def _ends(stated: Any, size: float) -> tuple[str, str] | None:
-    if not isinstance(stated, list) or len(stated) != 2 or not all(map(_is_number, stated)):
-        return None
-    low, high = (f"{float(str(end)) / size:.6g}" for end in stated)
-    return low, high
-
-
-def _range(variable: Variable, size: float) -> tuple[str, str] | None:
     side = variable.range
-    return None if side is None else (
-        f"{float(side.lower) / size:.6g}", f"{float(side.upper) / size:.6g}",
-    )  # fmt: skip
+    ends = None if side is None else [float(side.lower), float(side.upper)]
+    old_range, new_range = (_span(stated, size) for stated in (entry.get("range"), ends))
+    if old_range != new_range:
+        yield f"{variable.name}: range {old_range}{text} -> {new_range}{text}"
 
 
-def _shown(ends: tuple[str, str] | None) -> str:
-    return "none" if ends is None else f"[{ends[0]}, {ends[1]}]"
+def _span(stated: Any, size: float) -> str:
+    if not isinstance(stated, list) or len(stated) != 2 or not all(map(_is_number, stated)):
+        return "none"
+    low, high = (f"{float(str(end)) / size:.6g}" for end in stated)
+    return f"[{low}, {high}]"
 
 
 def _time(step: Any) -> str:

@@ -226,13 +226,13 @@ def _certify_observed(work_of_plant: PlantWork, path: Path) -> PlantDesign:
     task, work = work_of_plant.task, ObservedWork.of(work_of_plant)
     try:
         K, L = read_observer_gains(path, work)
-        return work.certified_pair(K, L, None, ("gains were given", work.question.note))
+        return work.certified_pair(K, L, None, ("gains were given", work.note))
     except CertificateError as error:
         first_error = error
     if is_of(task.model, path, work_of_plant.files):
         raise first_error
     law = plain(read_plant_law(path))
-    notes: tuple[str, ...] = ("gains were given", work.question.note)
+    notes: tuple[str, ...] = ("gains were given", work.note)
     try:
         K, L = read_observer_gains(path, work, any_trim=True)
     except CertificateError:
