@@ -102,16 +102,13 @@ class FuzzyDecay:
             if answer.found:
                 break
         solver = str(answer.solver.get("status", ""))
-        tried: tuple[str, ...] = (answer.diagnosis, "no P(h) was found")
-        if answer.lyapunov_function is not None:
-            attempt = first_proved(loop, list(self._claims(loop, answer, polya)), solver)
-            if attempt.proved:
-                return attempt
-            tried = attempt.tried
-        attempt = self._on_pieces(loop, tried)
-        if attempt.proved or answer.lyapunov_function is None:
+        if answer.lyapunov_function is None:
+            return self._on_pieces(loop, (answer.diagnosis, "no P(h) was found"))
+        attempt = first_proved(loop, self._claims(loop, answer, polya), solver)
+        if attempt.proved:
             return attempt
-        return first_proved(loop, list(self._claims(loop, answer, polya)), solver)
+        on_pieces = self._on_pieces(loop, attempt.tried)
+        return on_pieces if on_pieces.proved else attempt
 
     def _on_pieces(self, loop: ClaimedLoop, tried: tuple[str, ...]) -> Attempt:
         """Return the attempt with P(h) from single blends, on pieces of the weights.
