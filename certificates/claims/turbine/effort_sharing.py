@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates.checker.words.rounded import at_least, at_most
-from takagi.certificates.claims.turbine.cell_loop import cell_loops
-from takagi.certificates.claims.turbine.largest_wind_error import (
+from takagi.certificates.claims.turbine.cell_loop import (
     EffortSharingCandidate,
     WindClass,
     calmer,
+    cell_loops,
     class_rates,
     largest_wind_errors,
 )

@@ -44,8 +44,8 @@ from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, 
 from takagi.certificates.checker.turbine.published.bumpless import NAME as PUBLISHED_NAME
 from takagi.certificates.checker.turbine.published.bumpless import RATES, command_rates
 from takagi.certificates.checker.turbine.published.loop_claim import PublishedLoop
+from takagi.certificates.claims.turbine.cell_loop import EffortSharingCandidate
 from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_claim
-from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     effort_sharing_law_data,

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.certificates.design.plant.fixed_order_gains import fixed_order_gains
 from takagi.certificates.design.plant.fuzzy_gains import fuzzy_gains, premise_rates
 from takagi.certificates.design.plant.gain_task import (
     ALL_PAIRS,
@@ -25,10 +24,10 @@ from takagi.certificates.design.plant.gain_task import (
     GainTask,
     commanded_premises,
 )
-from takagi.certificates.design.plant.norm_gains import norm_gains
-from takagi.certificates.design.plant.norm_wish import NormWish, norm_wish
+from takagi.certificates.design.plant.norm_wish import NormWish, norm_gains, norm_wish
 from takagi.certificates.design.plant.plain_words import in_file_rates
 from takagi.certificates.design.plant.static_gains import (
+    fixed_order_gains,
     measured_states,
     require_states,
     static_gains,

@@ -14,14 +14,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.claims.turbine.cell_loop import enclosures_of_gains
+from takagi.certificates.claims.turbine.cell_loop import (
+    EffortSharingCandidate,
+    WindClass,
+    enclosures_of_gains,
+)
 from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
     larger_least_pitch,
     smaller_uncertainty,
     why_not_proved,
 )
-from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate, WindClass
 from takagi.certificates.design.design import StepClock, Tell
 from takagi.certificates.design.turbine.settings import DesignSettings, Synthesis
 from takagi.lmi.turbine.one_step.design import STEPS, OneStepDesign, one_step_gains

@@ -54,7 +54,7 @@ from takagi.models.splines.spline import scalar_surface
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import OperatingBand, operating_band
-from takagi.models.turbine.regional_model import WIND_ESTIMATE
+from takagi.models.turbine.region_models import WIND_ESTIMATE
 
 Variant: TypeAlias = Literal["sector", "saturated"]
 
