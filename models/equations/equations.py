@@ -19,8 +19,7 @@ from takagi.models.files.units import PURE, Dimension, parse_unit
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.dimensions import NUMBERS, dimension_of
 from takagi.models.plant.plant import Plant
-from takagi.models.ranges.domain import Domain
-from takagi.models.ranges.expression_range import expression_range
+from takagi.models.ranges.expression_range import Domain, expression_range
 
 if TYPE_CHECKING:
     import sympy as sp

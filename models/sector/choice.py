@@ -17,8 +17,7 @@ from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import CHOICES, Choice
-from takagi.models.ranges.domain import moved_into
-from takagi.models.ranges.expression_range import expression_range
+from takagi.models.ranges.expression_range import expression_range, moved_into
 from takagi.models.ranges.float_value import float_function
 from takagi.models.sector.common_denominator import denominator_forms, sum_quotients
 from takagi.models.sector.factored_form import (
@@ -31,7 +30,7 @@ from takagi.models.sector.terms import Option, RowTerm, Sum, row_terms, terms_of
 from takagi.models.ts.premise import round_outward
 
 if TYPE_CHECKING:
-    from takagi.models.ranges.domain import Domain
+    from takagi.models.ranges.expression_range import Domain
 
 
 def with_quotients(

@@ -27,7 +27,7 @@ from takagi.models.ts.model import SymbolicForm, TSModel
 
 if TYPE_CHECKING:
     from takagi.models.plant.design_settings import Choice, Rest
-    from takagi.models.ranges.domain import Domain
+    from takagi.models.ranges.expression_range import Domain
 
 
 def _factored_problem(

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.models import ModelError
-from takagi.models.simulation.wind_files import read_full_field, read_wind_table
+from takagi.models.simulation.wind import read_full_field, read_wind_table
 
 HUB, RADIUS = 90.0, 60.0
 TEXT = b"a field of the tests"

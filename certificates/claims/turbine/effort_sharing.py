@@ -7,6 +7,7 @@ the analysis fails and for which smaller uncertainty it would succeed, in floati
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from fractions import Fraction
@@ -86,7 +87,11 @@ def effort_sharing_candidate(
     middle = np.array([float(loop.wind.centre) for loop in loops])
     error = np.interp(middle, shape.wind, shape.error)
     asked = (box, uncertainty, loops)
-    if P is not None and _inside(P, box):
+    inside = P is not None and float(np.linalg.eigvalsh(P)[0]) > 0
+    if P is not None and inside:
+        h = box.directions
+        inside = bool(np.all(np.einsum("di,ij,dj->d", h, np.linalg.inv(P), h) <= 1))
+    if P is not None and inside:
         with_given = largest_wind_errors(P, *asked, cell_rates, error, tell=say)
         if with_given.wind_error.min() > 0:
             return with_given
@@ -123,14 +128,6 @@ def _common(
         np.repeat(np.arange(len(cells)), sizes),
         box.directions,
         speed=np.repeat(law.gains.integral_rate, sizes),
-    )
-
-
-def _inside(P: Floats, box: LoopBox) -> bool:
-    """Return whether {x' P x <= 1} lies inside the box."""
-    h = box.directions
-    return float(np.linalg.eigvalsh(P)[0]) > 0 and bool(
-        np.all(np.einsum("di,ij,dj->d", h, np.linalg.inv(P), h) <= 1)
     )
 
 
@@ -258,7 +255,12 @@ def failing_winds(cells: Sequence[LoopCell]) -> str:
                 f"at wind {_span(cell)} m/s alone no quadratic function serves all the loop's "
                 "corners"
             )
-    reach = _longest_prefix(corners)
+
+    def lost(count: int) -> bool:
+        return not _has_function(np.concatenate(corners[:count]))
+
+    # How many cells, counted from the lowest wind, share one function.
+    reach = bisect_left(range(1, len(cells) + 1), True, key=lost)
     if reach == len(cells):
         return (
             "a common quadratic function exists, but its set does not stay inside the box under "
@@ -276,18 +278,6 @@ def _has_function(A: Floats) -> bool:
     from takagi.lmi.analysis.common_quadratic import common_lyapunov
 
     return common_lyapunov(A).P is not None
-
-
-def _longest_prefix(corners: Sequence[Floats]) -> int:
-    """Return how many cells, counted from the lowest wind, share one function; by bisection."""
-    low, high = 1, len(corners) + 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if _has_function(np.concatenate(corners[:middle])):
-            low = middle
-        else:
-            high = middle
-    return low
 
 
 def _span(cell: LoopCell) -> str:
@@ -309,7 +299,9 @@ def smaller_uncertainty(
 
     span = uncertainty.inertia
     for share in SHARES if span.width else ():
-        narrow = _narrowed(span, share)
+        # A fraction of each side's width about 1, rounded towards 1.
+        below, above = (int(abs(end - 1) * share * 10**DIGITS) for end in (span.lower, span.upper))
+        narrow = Interval(1 - Fraction(below, 10**DIGITS), 1 + Fraction(above, 10**DIGITS))
         if helps(replace(uncertainty, inertia=narrow)):
             low, high = float(narrow.lower), float(narrow.upper)
             return f"with these gains inertia {low:g} to {high:g} of nominal would do"
@@ -342,10 +334,3 @@ def larger_least_pitch(
         if not why_not_proved(candidate):
             return f"a smallest pitch of {pitch:g} deg would do (pitch.minimum of the file)"
     return ""
-
-
-def _narrowed(span: Interval, share: Fraction) -> Interval:
-    """Return the interval around 1 with a fraction of each side's width, rounded towards 1."""
-    scale = 10**DIGITS
-    low, high = (1 - span.lower) * share * scale, (span.upper - 1) * share * scale
-    return Interval(1 - Fraction(int(low), scale), 1 + Fraction(int(high), scale))

@@ -24,8 +24,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
@@ -38,7 +38,7 @@ from takagi.certificates.checker.kernel.obligation import Obligations, first_fai
 from takagi.certificates.checker.kernel.reader import number, read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.turbine.effort_sharing.bumpless import NAME, CellRates, cell_rates
+from takagi.certificates.checker.turbine.effort_sharing.bumpless import NAME, cell_rates
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, filter_keeps_up
 from takagi.certificates.checker.turbine.published.bumpless import NAME as PUBLISHED_NAME
@@ -84,10 +84,7 @@ class RateRange:
     def data(self) -> dict[str, Any]:
         """Return the range as plain data of the claim."""
         return {
-            "wind": self.wind.tolist(),
-            "estimate_rate": self.estimate_rate.tolist(),
-            "schedule_rate": self.schedule_rate.tolist(),
-            "estimate_error": self.estimate_error,
+            member.name: np.asarray(getattr(self, member.name)).tolist() for member in fields(self)
         }
 
 
@@ -127,7 +124,9 @@ def rate_range(
     edges = np.array([cells[0]["wind"][0], *(cell["wind"][1] for cell in cells)], dtype=np.float64)
     filtered = np.array([cell["wind_error"] - estimate_error for cell in cells]) / wind_filter
     caps = np.maximum(np.minimum([cell["wind_rate"] for cell in cells], filtered), 0.0)
-    nodes = np.array([_cone(s, edges, caps, STEEPEST / wind_filter) for s in edges])
+    # min_k cap_k + slope dist(s, cell k) at every node s.
+    away = np.maximum(np.maximum(edges[:-1] - edges[:, None], edges[:, None] - edges[1:]), 0.0)
+    nodes = np.min(caps + STEEPEST / wind_filter * away, axis=1)
     wind, phi = _with_bends(edges, caps, nodes, GENTLE / wind_filter)
     phi = _down(phi)
     rows, bounds = _conditions(wind, phi, wind_filter)
@@ -139,12 +138,6 @@ def rate_range(
     stated = Range(columns[0], columns[1], columns[2], exact(estimate_error))
     fits = not first_failure(filter_keeps_up(stated, exact(wind_filter)))
     return RateRange(wind, nearest if fits else rate, phi, estimate_error)
-
-
-def _cone(s: float, edges: Floats, caps: Floats, slope: float) -> float:
-    """Return min_k cap_k + slope dist(s, cell k)."""
-    away = np.maximum(np.maximum(edges[:-1] - s, s - edges[1:]), 0.0)
-    return float(np.min(caps + slope * away))
 
 
 def _with_bends(edges: Floats, caps: Floats, nodes: Floats, slope: float) -> tuple[Floats, Floats]:
@@ -168,7 +161,11 @@ def _conditions(wind: Floats, phi: Floats, wind_filter: float) -> tuple[Floats, 
     for i, (low, high) in enumerate(pairwise(wind.tolist())):
         slope = (phi[i + 1] - phi[i]) / (high - low)
         for ahead in (wind_filter, -wind_filter):
-            for s in _meetings(wind, low, high, low + ahead * phi[i], high + ahead * phi[i + 1]):
+            # The piece's ends, and the winds that the filter's lead shifts to a node.
+            first, last = low + ahead * phi[i], high + ahead * phi[i + 1]
+            nodes = wind[(wind > min(first, last)) & (wind < max(first, last))].tolist()
+            shifted = (low + (high - low) * (node - first) / (last - first) for node in nodes)
+            for s in (low, high, *shifted):
                 here = phi[i] + slope * (s - low)
                 estimate = s + ahead * here
                 if wind[0] - CLOSE <= estimate <= wind[-1] + CLOSE:
@@ -184,14 +181,6 @@ def _largest(rows: Floats, bounds: Floats, phi: Floats) -> Floats:
     scale = np.maximum(phi, 10.0**-RATE_DIGITS)
     result = linprog(-np.ones(len(phi)), rows * scale, bounds, bounds=[(0, 1)] * len(phi))
     return np.asarray(result.x * scale if result.status == 0 else np.zeros(len(phi)))
-
-
-def _meetings(wind: Floats, low: float, high: float, first: float, last: float) -> Iterator[float]:
-    """Yield a piece's ends, and the winds that the filter's lead shifts to a node."""
-    yield low
-    yield high
-    for node in wind[(wind > min(first, last)) & (wind < max(first, last))]:
-        yield low + (high - low) * (float(node) - first) / (last - first)
 
 
 def _down(values: Floats) -> Floats:
@@ -336,7 +325,10 @@ def bumpless_claim(
     pitch_limit = number(data["model"], "pitch_rate_limit", "model")
     cells = []
     for bound in cell_rates(subject, data["loop"], "loop"):
-        signal = _signal_rate(bound, P)
+        # max sqrt(h P^-1 h') over the corners, rounded up.
+        rows = np.array([[*map(float, h)] for h in bound.corners])
+        largest = float(np.sqrt(np.einsum("ci,ij,cj->c", rows, P, rows).max()))
+        signal = _up(Fraction(largest * RESERVE))
         cells.append(
             {
                 "pitch_rate": float(min(pitch_limit, _up(bound.pitch))),
@@ -362,13 +354,6 @@ def published_bumpless_claim(
         for c in stated.cells
     ]
     return {"name": PUBLISHED_NAME, "kind": "bumpless", "loop": 0, "cells": cells}
-
-
-def _signal_rate(bound: CellRates, inverse: Any) -> Fraction:
-    """Return max sqrt(h P^-1 h') over the corners, rounded up."""
-    rows = np.array([[float(entry) for entry in h] for h in bound.corners])
-    largest = float(np.sqrt(np.einsum("ci,ij,cj->c", rows, inverse, rows).max()))
-    return _up(Fraction(largest * RESERVE))
 
 
 def _up(value: Fraction) -> Fraction:

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -37,6 +37,7 @@ from takagi.models.ramps import Ramp
 from takagi.models.turbine.data import Turbine
 
 Span = tuple[float, float]
+End = TypeVar("End", float, Fraction)
 
 # Half widths of the set in rotor speed [rad/s]: the starting value, and those to grow to.
 STARTS = (0.001, 0.0005)
@@ -323,9 +324,9 @@ def _halved(search: PublishedSearch, wind: tuple[float, float]) -> Iterator[Foun
     yield from _halved(search, (middle, high))
 
 
-def merged(spans: Sequence[Span]) -> list[Span]:
+def merged(spans: Sequence[tuple[End, End]]) -> list[tuple[End, End]]:
     """Return the union as disjoint ranges, in order."""
-    union: list[Span] = []
+    union: list[tuple[End, End]] = []
     for low, high in sorted(spans):
         if union and low <= union[-1][1]:
             union[-1] = union[-1][0], max(high, union[-1][1])

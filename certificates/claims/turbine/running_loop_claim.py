@@ -30,7 +30,6 @@ from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
-from math import floor, log10
 from typing import Any
 
 import numpy as np
@@ -57,6 +56,7 @@ from takagi.certificates.checker.turbine.running_loop.running_claim import (
     cell_obligations,
 )
 from takagi.certificates.checker.turbine.turbine_claim import refusal_fails
+from takagi.certificates.claims.turbine.published import merged
 from takagi.lmi.cone.cone_program import Cone, ConeProgram
 from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats
@@ -148,17 +148,13 @@ def _cell(subject: Subject, winds: Span, sides: Sides) -> Cell:
 
 def box_of_size(subject: Subject, size: Fraction) -> Sides:
     """Return the largest box times a factor."""
-    speed = _two_digits(subject.plant.rated_speed / RATED_SPEED)
-    effort = _two_digits(subject.law.overlap / OVERLAP)
+    ratios = subject.plant.rated_speed / RATED_SPEED, subject.law.overlap / OVERLAP
+    speed, effort = (Fraction(f"{float(ratio):.2g}") for ratio in ratios)
     factors = dict.fromkeys(SPEEDS, speed) | dict.fromkeys(EFFORTS, effort)
     return Sides(**{
         side.name: size * factors.get(side.name, Fraction(1)) * getattr(LARGEST, side.name)
         for side in fields(Sides)
     })  # fmt: skip
-
-
-def _two_digits(value: Fraction) -> Fraction:
-    return Fraction(f"{float(value):.2g}")
 
 
 def _solved(cell: Cell, decay: Fraction) -> tuple[Rows, list[dict[str, Fraction]]] | None:
@@ -208,12 +204,7 @@ def _scaled(signals: Signals, rates: list[Signal], unit: Floats) -> tuple[Floats
 
 
 def _decimal(value: float) -> Fraction:
-    """Return the number with eight digits."""
-    if value == 0:
-        return Fraction(0)
-    decimals = DIGITS - 1 - floor(log10(abs(value)))
-    ten = Fraction(10) ** decimals
-    return round(Fraction(value) * ten) / ten
+    return Fraction(f"{value:.{DIGITS}g}")
 
 
 def _largest_set(
@@ -327,7 +318,7 @@ def running_loop_claim(
     return {
         "name": f"running loop, {float(nodes[0]):g} to {float(nodes[-1]):g} m/s",
         **head,
-        "winds": [[*map(float, pair)] for pair in _joined(cells)],
+        "winds": [[*map(float, pair)] for pair in merged([cell.winds for cell in cells])],
         "cells": [_data(cell) for cell in cells],
     }
 
@@ -335,13 +326,7 @@ def running_loop_claim(
 def _stated_controller(
     controller: Mapping[str, Any], gains: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
-    """Return the numbers of observer and filters that a claim repeats from the gain file.
-
-    Raises
-    ------
-    Refused : one of them is missing, or the law has no filter of the wind estimate.
-    ModelError : one of them is no object.
-    """
+    """Return the numbers of observer and filters that a claim repeats from the gain file."""
     if any(key not in controller for key in STATED):
         raise Refused("the gain file has no observer, or no low-pass on the measured speed")
     for key, names in STATED.items():
@@ -413,17 +398,6 @@ def _is_small(subject: Subject, cell: StatedCell, halves: tuple[Span, Span]) -> 
 
 def _place(cell: StatedCell) -> int:
     return SIZES.index(cell.sides.estimate / LARGEST.estimate)
-
-
-def _joined(cells: Sequence[StatedCell]) -> list[Span]:
-    """Return the ranges of winds that cells cover."""
-    joined: list[Span] = []
-    for low, high in (cell.winds for cell in cells):
-        if joined and joined[-1][1] == low:
-            joined[-1] = (joined[-1][0], high)
-        else:
-            joined.append((low, high))
-    return joined
 
 
 def _data(cell: StatedCell) -> dict[str, Any]:
