@@ -221,10 +221,6 @@ def _named_text(file: str, hashed: str, model: bytes, sources: str | None) -> tu
     """Return, where it is computed, the file's name and the text of a task's result.
 
     ``sources`` : those of the one who asks a cluster; None in a process of this machine.
-
-    Raises
-    ------
-    ModelError : a worker of a cluster with other versions than the one who asks.
     """
     asked = json.loads(hashed)
     here, there = asked["versions"], provenance({}, {})["versions"]

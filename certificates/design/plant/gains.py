@@ -141,12 +141,7 @@ def _static(task: GainTask, wish: NormWish | None) -> FoundGains:
 
 
 def _of_least_effort(task: GainTask) -> FoundGains:
-    """Return gains with the least share of the inputs' limits from the initial box, at its rate.
-
-    Raises
-    ------
-    ModelError : the inputs have no limits.
-    """
+    """Return gains with the least share of the inputs' limits from the initial box, at its rate."""
     if task.input_limit is None:
         raise ModelError(
             "objective effort makes the share of the inputs' limits small that is used, but the "
@@ -262,12 +257,7 @@ def requirements_of(task: GainTask) -> ClaimRequirements:
 
 
 def _polynomial_region(task: GainTask) -> bool:
-    """Return whether a polynomial region of attraction is asked for.
-
-    Raises
-    ------
-    ModelError : it is, and the plant is no polynomial, or its law has states of its own.
-    """
+    """Return whether a polynomial region of attraction is asked for."""
     plant, model = task.plant, task.model
     if task.settings.safe_start != "polynomial":
         return False

@@ -168,7 +168,9 @@ class _Judge:
         ends, reach = ends_of_axes(starts.shape)
         rest = np.zeros(len(model.states)), np.zeros(len(model.inputs))
         feedback = OutputFeedback(PdcLaw(model, law.K, *rest), law.L, self.rows, self.at_estimate)
-        horizon = horizon_of([self._joint(law)], model.sample_time)
+        A, B, C, K, L = self._matrices(law)
+        joint = np.block([[A, -B @ K], [L @ C, A - B @ K - L @ C]])
+        horizon = horizon_of([joint], model.sample_time)
         times = self.contest.motions.settling_times(feedback, law.starts @ ends, reach, horizon)
         return float(times.max())
 
@@ -179,10 +181,6 @@ class _Judge:
         C = np.tensordot(h, self.contest.task.model.C[:, list(self.rows)], axes=1)
         L = law.L[0] if len(law.L) == 1 else np.tensordot(h, law.L, axes=1)
         return A, B, C, np.tensordot(h, law.K, axes=1), L
-
-    def _joint(self, law: ObserverPair) -> Floats:
-        A, B, C, K, L = self._matrices(law)
-        return np.block([[A, -B @ K], [L @ C, A - B @ K - L @ C]])
 
     def margin(self, law: ObserverPair) -> float:
         """Return the disk margin at the inputs, at rest, or what is enough of it."""

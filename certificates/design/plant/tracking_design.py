@@ -113,12 +113,7 @@ def _within_narrower_ranges(task: GainTask, gains: FoundGains) -> tuple[GainTask
 
 
 def _narrow_task(task: GainTask, ranges: dict[str, Variable]) -> GainTask:
-    """Return the task within other ranges.
-
-    Raises
-    ------
-    ModelError : the rests leave no room in them.
-    """
+    """Return the task within other ranges."""
     narrow = with_ranges(task.plant, ranges)
     return GainTask.of(narrow, secant_model(narrow, rest=task.settings.rest), task.settings)
 

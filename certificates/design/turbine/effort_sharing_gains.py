@@ -266,13 +266,7 @@ def wind_by_wind_law(
 def _setpoint_inputs(
     turbine: Turbine, schedule: EffortSchedule, settings: DesignSettings
 ) -> SetpointInputs | None:
-    """Return the set-points that the law takes at run time; None where none are asked for.
-
-    Raises
-    ------
-    ModelError : a lowest torque that the rotor reaches before pitch can reduce it, or no trim at
-        the lowest speed.
-    """
+    """Return the set-points that the law takes at run time; None where none are asked for."""
     speed, torque = settings.lowest_speed_setpoint, settings.lowest_torque_setpoint
     if speed is None and torque is None:
         return None
