@@ -252,12 +252,8 @@ def _read_only(members: dict[str, Any]) -> Any:
     return MappingProxyType(members)
 
 
-def _reduced(mapping: Any) -> Any:
-    return _read_only, (dict(mapping),)
-
-
 # A turbine has such mappings, which pickle alone cannot copy.
-copyreg.pickle(MappingProxyType, _reduced)
+copyreg.pickle(MappingProxyType, lambda members: (_read_only, (dict(members),)))
 
 
 def start_process() -> None:

@@ -221,7 +221,11 @@ class WorkEstimate:
     @property
     def time(self) -> str:
         """The time to one or two digits, with its unit."""
-        return _time(self.seconds)
+        for unit, size in (("h", 3600.0), ("min", 60.0)):
+            if self.seconds >= 2 * size:
+                count = self.seconds / size
+                return f"{count:.0f} {unit}" if count >= 10 else f"{count:.2g} {unit}"
+        return f"{max(self.seconds, 1.0):.0f} s"
 
     @property
     def words(self) -> str:
@@ -286,11 +290,3 @@ def _half_widths(model: TSModel, names: tuple[str, ...]) -> Floats:
     """Return half of each range; of a blend's or a free variable's, 1."""
     ranges = [model.box.get(name) for name in names]
     return np.array([1.0 if ends is None else float(ends[1] - ends[0]) / 2 for ends in ranges])
-
-
-def _time(seconds: float) -> str:
-    for unit, size in (("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * size:
-            count = seconds / size
-            return f"{count:.0f} {unit}" if count >= 10 else f"{count:.2g} {unit}"
-    return f"{max(seconds, 1.0):.0f} s"

@@ -446,7 +446,8 @@ def _constant_observers(task: GainTask, time: float) -> Iterator[tuple[ConstantO
     half = np.array([float(v.range.width) / 2 for k in states if (v := plant.states[k]).range])
     output_sizes = np.abs(C).max(axis=0) @ half
     dual = Model(A.transpose(0, 2, 1), C.transpose(0, 2, 1))
-    means = [_short((stack.min(axis=0) + stack.max(axis=0)) / 2) for stack in (A, B, C)]
+    means = [(stack.min(axis=0) + stack.max(axis=0)) / 2 for stack in (A, B, C)]
+    means = [np.array([[float(f"{x:.{DIGITS}g}") for x in row] for row in mean]) for mean in means]
     for share in OUTPUT_SHARES:
         Q, R = np.diag(half**2) / time, np.diag((share * output_sizes) ** 2) * time
         design = lqr_pdc(dual, Q, R, relaxation="common-gain")
@@ -456,7 +457,3 @@ def _constant_observers(task: GainTask, time: float) -> Iterator[tuple[ConstantO
         A_mean, B_mean, C_mean = means
         gain = rounded_gains(L, DIGITS)[0]
         yield ConstantObserver(A_mean, B_mean, C_mean, gain, plant.measured or ()), share
-
-
-def _short(matrix: Floats) -> Floats:
-    return np.array([[float(f"{value:.{DIGITS}g}") for value in row] for row in matrix])
