@@ -47,7 +47,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.models.arrays import Floats, Indices
+from takagi.models.arrays import Floats, Indices, frozen
 from takagi.models.errors import ModelError
 
 TIME_STEP = 0.05
@@ -85,9 +85,7 @@ class WindSeries:
 
     def __post_init__(self) -> None:
         for field in ("time", "speed"):
-            array = np.array(getattr(self, field), dtype=np.float64)
-            array.flags.writeable = False
-            object.__setattr__(self, field, array)
+            frozen(self, field)
         if self.time.ndim != 1 or self.time.shape != self.speed.shape or len(self.time) < 2:
             raise ModelError(
                 f"wind {self.name!r}: time has shape {self.time.shape}, speed {self.speed.shape}; "

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, frozen
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
 from takagi.models.splines.exact_spline import (
@@ -73,7 +73,7 @@ class Curve:
         from scipy.interpolate import BSpline
 
         for name in ("knots", "coefficients"):
-            array = _frozen(self, name)
+            array = frozen(self, name)
             if array.ndim != 1 or not np.all(np.isfinite(array)):
                 raise ModelError(f"{self.name}: {name} must be a row of finite numbers")
         coefficient_count = len(self.knots) - DEGREE - 1
@@ -162,14 +162,6 @@ def _check_order(name: str, *orders: int) -> None:
         raise ModelError(f"{name}: derivative {asked} asked; orders are 0, 1 or 2")
 
 
-def _frozen(table: Curve | Surface, name: str) -> Floats:
-    """Return a member as a read-only array of its own, which it is from now on."""
-    array = np.array(getattr(table, name), dtype=np.float64)
-    array.flags.writeable = False
-    object.__setattr__(table, name, array)
-    return array
-
-
 def _check_knots(name: str, member: str, knots: Floats) -> None:
     steps = np.diff(knots)
     if np.any(steps < 0) or not np.all(steps[DEGREE : len(steps) - DEGREE] > 0):
@@ -220,7 +212,7 @@ class Surface:
         from scipy.interpolate import NdBSpline
 
         for name in ("x_knots", "y_knots", "coefficients"):
-            array = _frozen(self, name)
+            array = frozen(self, name)
             if not np.all(np.isfinite(array)) or np.any(np.round(array, DECIMALS) != array):
                 raise ModelError(
                     f"{self.name}: {name} must be finite decimals with at most {DECIMALS} places; "
