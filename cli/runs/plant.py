@@ -63,7 +63,7 @@ class PlantMaker:
 
         Its notes say what has changed, and, where it is not proved, how much less would be.
         """
-        from takagi.certificates.design.given.largest_change import as_sentences, largest_change
+        from takagi.certificates.design.given.kept_model import as_sentences, largest_change
         from takagi.certificates.design.plant.design import certify_filed
 
         plant, settings = self._question()

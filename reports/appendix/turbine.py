@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
+from takagi.certificates.claims.turbine.cell_loop import EffortSharingCandidate
 from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.typeset import formula_lines, plain_label

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from takagi.certificates.design.plant.gains import input_limits
+from takagi.certificates.design.plant.gain_task import input_limits
 from takagi.models.plant.plant import file_unit
 from takagi.reports.loops.plant_claims import norm_settling_time, settling_time
 from takagi.reports.loops.plant_loop import largest_commands, plant_loop

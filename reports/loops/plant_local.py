@@ -156,7 +156,7 @@ def regulator(design: PlantDesign) -> Regulator | None:
     law with outputs, whose observer or controller a regulator of all states does not need.
     """
     from takagi.certificates.design.plant.candidates import regulator_gain
-    from takagi.certificates.design.plant.gains import rounded_gains
+    from takagi.certificates.design.plant.gain_task import rounded_gains
     from takagi.reports.loops.plant_loop import plant_loop
 
     loop = plant_loop(design)

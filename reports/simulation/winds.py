@@ -33,10 +33,11 @@ from takagi.models.simulation.wind import (
     coherent_gust_wind,
     gust_wind,
     ramp_wind,
+    read_full_field,
+    read_wind_table,
     steady_wind,
     step_wind,
 )
-from takagi.models.simulation.wind_files import read_full_field, read_wind_table
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 

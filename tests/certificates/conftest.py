@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from takagi.certificates.claims.turbine.cell_loop import SHRINK, EffortSharingCandidate
 from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
     effort_sharing_claim,
 )
-from takagi.certificates.claims.turbine.largest_wind_error import SHRINK, EffortSharingCandidate
 from takagi.certificates.document.certificate_file import (
     effort_sharing_law_data,
     turbine_data,

@@ -20,7 +20,8 @@ from takagi.certificates.design.plant.candidates import (
     laws_beside_regulator,
 )
 from takagi.certificates.design.plant.design import certify_plant, design_plant
-from takagi.certificates.design.plant.gains import find_gains, rounded_gains, weights_at_rest
+from takagi.certificates.design.plant.gain_task import rounded_gains, weights_at_rest
+from takagi.certificates.design.plant.gains import find_gains
 from takagi.certificates.design.plant.norm_wish import NormWish, norm_wish
 from takagi.certificates.design.plant.observed_candidates import best_pair
 from takagi.certificates.design.plant.result import PlantDesign
@@ -109,8 +110,8 @@ def test_a_wish_leaves_the_gains_to_the_wish() -> None:
     plant = plant_of("boost_converter")
     for settings in (PlantSettings(effort="small"), PlantSettings(decay_rate=100.0)):
         work = plant_work(plant, settings, (), None)
-        (law,) = laws_beside_regulator(plant, work.model, settings)
-        first = find_gains(plant, work.model, settings)
+        (law,) = laws_beside_regulator(work.task)
+        first = find_gains(work.task)
         assert np.array_equal(np.asarray(law.design.gains), np.asarray(first.design.gains))
 
 
@@ -203,8 +204,8 @@ def test_an_observer_is_no_worse_than_a_kalman_filter_with_the_regulator() -> No
 def test_where_the_regulator_has_no_set_with_any_filter_there_is_no_choice() -> None:
     plant = load_plant("flexible_link")
     work = plant_work(plant, PlantSettings(), (), None)
-    first = find_gains(plant, work.model, work.settings)
-    contest = contest_of(plant, work.model, work.settings, first)
+    first = find_gains(work.task)
+    contest = contest_of(work.task, first)
     assert contest is not None
     assert best_pair(contest, [], [], (0,), at_estimate=True) is None
 

@@ -12,7 +12,7 @@ import sympy as sp
 from takagi.certificates import Verdict
 from takagi.certificates.design.design import NoDesign
 from takagi.certificates.design.plant.design import certify_plant, design_plant
-from takagi.certificates.design.plant.gains import rounded_gains
+from takagi.certificates.design.plant.gain_task import rounded_gains
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.wishes import reach_rates
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, load_model

@@ -10,7 +10,7 @@ import sympy as sp
 
 from takagi.models import ModelError, TSModel, full_load_model, nrel5mw
 from takagi.models.turbine.operating_band import OperatingBand, operating_band
-from takagi.models.turbine.regional_model import torque_symbols
+from takagi.models.turbine.region_models import torque_symbols
 from takagi.models.turbine.trim import rated_wind
 
 PITCH_BAND = 0.034907
