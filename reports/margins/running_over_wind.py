@@ -139,14 +139,12 @@ def _worst(sides: Sequence[Margins | None]) -> Margins | None:
     if not acting:
         return None
     up = min(acting, key=lambda m: m.gain_increase)
-    down = max(acting, key=lambda m: m.gain_decrease)
     phase = min(acting, key=lambda m: m.phase)
     return replace(
         min(acting, key=lambda m: m.disk.alpha),
         gain_increase=up.gain_increase,
         gain_increase_frequency=up.gain_increase_frequency,
-        gain_decrease=down.gain_decrease,
-        gain_decrease_frequency=down.gain_decrease_frequency,
+        gain_decrease=max(m.gain_decrease for m in acting),
         phase=phase.phase,
         phase_frequency=phase.phase_frequency,
         delay=min(m.delay for m in acting),

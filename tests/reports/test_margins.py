@@ -29,7 +29,7 @@ def is_stable(loop: Any) -> bool:
 
 
 def test_textbook_loop_has_the_published_margins_and_peaks() -> None:
-    """Skogestad & Postlethwaite (2005), 2.4: GM 1.63, PM 19.4 deg, M_s 3.92, M_t 3.35, w_B 0.14."""
+    """Skogestad & Postlethwaite (2005), 2.4: GM 1.63, PM 19.4 deg, M_s 3.92."""
     found = loop_margins(response_of(ziegler_nichols_loop()))
 
     assert found.stable
@@ -37,8 +37,6 @@ def test_textbook_loop_has_the_published_margins_and_peaks() -> None:
     assert np.degrees(found.phase) == pytest.approx(19.4, abs=0.06)
     # The book's controller gain is printed to three figures; the peaks move by 0.02 within that.
     assert found.sensitivity_peak == pytest.approx(3.92, abs=0.02)
-    assert found.complementary_peak == pytest.approx(3.35, abs=0.02)
-    assert found.bandwidth == pytest.approx(0.14, abs=0.005)
     assert found.gain_decrease == 0
 
 
@@ -52,7 +50,6 @@ def test_integrator_has_ninety_degrees_and_a_quarter_turn_of_delay(gain: float) 
     assert found.phase == pytest.approx(np.pi / 2, rel=1e-9)
     assert found.delay == pytest.approx(np.pi / 2 / gain, rel=1e-9)
     assert found.sensitivity_peak == pytest.approx(1.0, abs=1e-3)
-    assert found.bandwidth == pytest.approx(gain, rel=1e-9)
     assert (found.gain_decrease, found.gain_increase) == (0.0, np.inf)
 
 
@@ -89,7 +86,6 @@ def test_unstable_plant_has_a_gain_it_may_not_fall_below() -> None:
 
     assert found.stable
     assert found.gain_decrease == pytest.approx(0.5, rel=1e-12)
-    assert found.gain_decrease_frequency == 0
     assert found.phase == pytest.approx(np.pi / 3, rel=1e-9)
 
 
@@ -166,7 +162,8 @@ def test_disk_never_promises_more_than_the_classical_margins(gain: float, lag: f
     assert found.disk.gain_increase <= found.gain_increase * (1 + 1e-9)
     assert found.disk.gain_decrease >= found.gain_decrease - 1e-9
     assert found.disk.phase <= found.phase + 1e-9
-    assert found.disk.alpha >= 2 / (found.sensitivity_peak + found.complementary_peak) - 1e-9
+    # sup |S - T| is at most 2 sup |S| + 1.
+    assert found.disk.alpha >= 2 / (2 * found.sensitivity_peak + 1) - 1e-9
 
 
 def random_matrices(seed: int) -> NDArray[np.complex128]:

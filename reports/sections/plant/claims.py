@@ -22,7 +22,6 @@ from takagi.reports.loops.plant_local import regulator
 from takagi.reports.loops.plant_loop import embedded
 from takagi.reports.page.text import (
     DASH,
-    ClaimRow,
     Section,
     at_least,
     at_most,
@@ -45,8 +44,12 @@ if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
 
 
-def claim_rows(design: PlantDesign, loop: PlantLoop) -> list[ClaimRow]:
-    """Return the claims in the order of the certificate."""
+def claim_rows(design: PlantDesign, loop: PlantLoop) -> list[dict[str, str]]:
+    """Return the claims in the order of the certificate, as a reader needs them.
+
+    ``number`` is the bound that is proved, for another verdict the reason; ``text`` the checker's
+    own words, which the page folds.
+    """
     stated: list[Mapping[str, Any]] = list(design.document.get("claims", []))
     stated += [{}] * (len(design.checked.claims) - len(stated))
     return [
@@ -55,7 +58,9 @@ def claim_rows(design: PlantDesign, loop: PlantLoop) -> list[ClaimRow]:
     ]
 
 
-def _row(design: PlantDesign, loop: PlantLoop, claim: Mapping[str, Any], result: Claim) -> ClaimRow:
+def _row(
+    design: PlantDesign, loop: PlantLoop, claim: Mapping[str, Any], result: Claim
+) -> dict[str, str]:
     kind = str(claim.get("kind", ""))
     words = KINDS_IN_WORDS.get(kind)
     name, why = (words.name, words.why) if words else (result.name, "")
@@ -67,10 +72,10 @@ def _row(design: PlantDesign, loop: PlantLoop, claim: Mapping[str, Any], result:
         number = "; ".join(_numbers(design, loop, kind, claim)) or otherwise
     if bounds and kind in SETS:
         name = f"{name} under disturbance"
-    assumes = "; ".join(assumptions(loop, claim))
-    return ClaimRow(
-        name, result.verdict.name, number, assumes, why, f"{result.name}: {result.text}"
-    )
+    assumes, text = "; ".join(assumptions(loop, claim)), f"{result.name}: {result.text}"
+    verdict = result.verdict.name
+    return {"name": name, "verdict": verdict, "number": number, "assumes": assumes, "why": why,
+            "text": text}  # fmt: skip
 
 
 def _numbers(

@@ -8,8 +8,13 @@ from typing import TYPE_CHECKING
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.reports.page.assembly import ReportFiles, report_files
-from takagi.reports.page.text import CaptionedFigure, Section, Tile, at_least
-from takagi.reports.sections.plant.summary import ALL_OF_RANGE, answer_sentence, summary_rows
+from takagi.reports.page.text import CaptionedFigure, Section, at_least
+from takagi.reports.sections.plant.summary import (
+    ALL_OF_RANGE,
+    SummaryRow,
+    answer_sentence,
+    summary_rows,
+)
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -125,13 +130,12 @@ def verdict_section(design: PlantDesign, picture: CaptionedFigure | None) -> Sec
         row = rows.get(name)
         if row is None:
             ranged = any(state in design.model.box for state in design.model.states)
-            tiles.append(Tile(name, (absent,), partial=ranged and name == "safe start"))
+            tiles.append(SummaryRow(name, (absent,), partial=ranged and name == "safe start"))
         else:
-            basis = row.basis or "proved"
             parts = row.parts
             if name == "safe start" and "polynomial" in rows:
                 parts = (*parts, f"by a polynomial: {rows['polynomial'].parts[0]}")
-            tiles.append(Tile(name, parts, basis, row.regulator, row.partial, row.shortfall))
+            tiles.append(replace(row, parts=parts, basis=row.basis or "proved"))
     content = {
         "verdict": design.checked.verdict.name,
         "sentence": answer_sentence(design),
