@@ -20,11 +20,8 @@ if TYPE_CHECKING:
     from takagi.models.simulation.turbine_plant import SimulatedTurbine
     from takagi.models.turbine.loader import TurbineFile
 
-# The whole as one bar: making the laws takes about as long as simulating them.
-_MAKING, _SIMULATING = 0.45, 0.95
-_DESIGN_STEPS = 7
-
-
+# The whole as one bar: when the laws are made, and when they are simulated.
+_MAKING, _SIMULATING = 0.2, 0.95
 SCENARIO_OPTIONS = declared("simulate-turbine", "simulate-shared", callback=law_in_files)
 CAMPAIGN_OPTIONS = declared("simulate-campaign")
 OPTIONS: Options = (*SCENARIO_OPTIONS, *CAMPAIGN_OPTIONS)
@@ -101,21 +98,9 @@ def _laws(
     _tell_slow_sampling(plant, step)
     written: list[str] = []
     with progress(f"takagi simulate {source.name}") as tell:
-        steps = 0
-
-        def making(step: str) -> None:
-            nonlocal steps
-            tell(step, _MAKING * min(steps / _DESIGN_STEPS, 1.0))
-            steps += 1
-
-        laws = filed or chosen_laws(
-            turbine,
-            names,
-            coupling_filter=asked["coupling_filter"],
-            files=source.files,
-            tell=making,
-        )
-        begin = _MAKING if steps else 0.0
+        tell("gains", 0.0)
+        laws = filed or chosen_laws(turbine, names, coupling_filter=asked["coupling_filter"])
+        begin = 0.0 if filed else _MAKING
         simulation = run_simulation(
             turbine,
             laws,

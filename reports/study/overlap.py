@@ -264,44 +264,12 @@ def _asked(inputs: Mapping[str, Any]) -> str:
     return canonical({"law": inputs["law"], "settings": inputs["settings"]})
 
 
-@lru_cache(maxsize=1)
-def _regional(turbine: Turbine) -> Any:
-    """Return what Schulte's laws share, whatever their overlaps."""
-    from takagi.certificates.design.turbine.published_law import regional_design
-
-    return regional_design(turbine)
-
-
-@lru_cache(maxsize=1)
-def studied_observer(turbine: Turbine) -> Any:
-    """Return what all laws share that read an estimate of the wind."""
-    from takagi.certificates.design.turbine.effort_sharing_gains import wind_observer_design
-    from takagi.certificates.design.turbine.scale import default_settings
-
-    return wind_observer_design(turbine, default_settings(turbine)).observer
-
-
 @lru_cache(maxsize=2)
 def studied_law(turbine: Turbine, asked: str) -> ChosenLaws:
     """Return a law with its observer and its filter of the measured speed."""
-    from takagi.certificates.design.turbine.effort_sharing_gains import wind_by_wind_law
-    from takagi.certificates.design.turbine.published_law import designed_law
-    from takagi.certificates.design.turbine.result import speed_filter
     from takagi.certificates.design.turbine.scale import default_settings
-    from takagi.models.laws.published.law import switched_law
-    from takagi.models.simulation.baseline import BaselineLaw
-    from takagi.reports.simulation.laws import ChosenLaws
+    from takagi.reports.simulation.laws import chosen_laws
 
     inputs = json.loads(asked)
-    name = inputs["law"]
-    family = "coherent" if name == "coherent" else "paper"
-    settings = replace(default_settings(turbine), law=family, **inputs["settings"])
-    if name == REFERENCE:
-        return ChosenLaws({name: BaselineLaw(turbine)}, None)
-    if name == "coherent":
-        law: Any = wind_by_wind_law(turbine, settings)[1]
-    else:
-        law = designed_law(turbine, settings, _regional(turbine))
-        law = switched_law(law) if name == SWITCHED else law
-    filters = {name: measured} if (measured := speed_filter(settings)) else {}
-    return ChosenLaws({name: law}, studied_observer(turbine), filters)
+    settings = replace(default_settings(turbine), **inputs["settings"])
+    return chosen_laws(turbine, [inputs["law"]], settings=settings)

@@ -29,14 +29,12 @@ from takagi.reports.study.overlap import (
     SHORTEST,
     TURBULENCE,
     studied_law,
-    studied_observer,
 )
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.models.simulation.closed_loop import History
     from takagi.models.turbine.data import Turbine
-    from takagi.reports.simulation.laws import ChosenLaws
 
 LAW = "coherent"
 MEANS, SEEDS, DURATION = (9.0, 11.0, 13.0, 15.0, 18.0), 2, 600.0
@@ -378,11 +376,12 @@ def _front(points: Sequence[Candidate], names: Sequence[str]) -> list[Candidate]
 # ------------------------------------------------------------------ tasks
 def behaviour(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: every quantity of the law with these settings."""
+    from takagi.reports.simulation.laws import chosen_laws
     from takagi.reports.simulation.runs import run_simulation
     from takagi.reports.simulation.winds import requested_winds
 
     try:
-        chosen = _law(turbine, inputs["at"])
+        chosen = chosen_laws(turbine, [LAW], settings=_settings(turbine, inputs["at"]))
     except ModelError as error:
         return {"error": str(error)}
     reference = _reference(turbine, canonical(_winds(inputs)))
@@ -464,17 +463,6 @@ def _settings(turbine: Turbine, at: Mapping[str, float]) -> DesignSettings:
     settings = replace(settings, effort=effort, **direct)
     check_limits(turbine, settings)
     return settings
-
-
-def _law(turbine: Turbine, at: Mapping[str, float]) -> ChosenLaws:
-    from takagi.certificates.design.turbine.effort_sharing_gains import wind_by_wind_law
-    from takagi.certificates.design.turbine.result import speed_filter
-    from takagi.reports.simulation.laws import ChosenLaws
-
-    settings = _settings(turbine, at)
-    law = wind_by_wind_law(turbine, settings)[1]
-    filters = {LAW: measured} if (measured := speed_filter(settings)) else {}
-    return ChosenLaws({LAW: law}, studied_observer(turbine), filters)
 
 
 @lru_cache(maxsize=1)
