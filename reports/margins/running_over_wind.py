@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.simulation.turbine_plant import SimulatedTurbine
 from takagi.reports.margins.margins import DiskMargin, Margins, disk_of, loop_margins
-from takagi.reports.margins.response import BrokenLoops, broken_loops
+from takagi.reports.margins.response import broken_loops
 from takagi.reports.margins.running_loop import (
     NOMINAL,
     WAKES,
@@ -40,8 +41,7 @@ SAMPLES_A_PERIOD = 6.0
 NEAR_MODE = 0.15
 
 
-@dataclass(frozen=True, slots=True)
-class Mode:
+class Mode(NamedTuple):
     """A mode that the loop should not meet: its name and frequency [rad/s]."""
 
     name: str
@@ -75,8 +75,8 @@ class RunningMargins:
     @property
     def loops(self) -> tuple[tuple[str, Margins], ...]:
         """The loops that act, with their names."""
-        named = (("torque", self.torque), ("pitch", self.pitch))
-        return tuple((name, found) for name, found in named if found is not None)
+        named = zip(COMMANDS, (self.torque, self.pitch), strict=True)
+        return tuple((name, margins) for name, margins in named if margins is not None)
 
     @property
     def nominal(self) -> bool:
@@ -163,7 +163,11 @@ def plant_modes(plant: SimulatedTurbine) -> tuple[Mode, ...]:
 
 def _margins(loop: RunningLoop, plant: PlantChoice, modes: Sequence[Mode]) -> RunningMargins:
     broken = broken_loops(loop)
-    acting = {name: getattr(broken, name) for name in ("torque", "pitch") if _acts(broken, name)}
+    acting = {
+        name: response
+        for name, response in zip(COMMANDS, broken, strict=False)
+        if float(np.abs(response.values_beyond).max()) > SILENT
+    }
     margins = {name: loop_margins(response) for name, response in acting.items()}
     met = tuple(
         (name, mode)
@@ -189,11 +193,6 @@ def _chosen(kinks: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(kink for kink in kinks if not kink.startswith("pitch"))
 
 
-def _acts(broken: BrokenLoops, name: str) -> bool:
-    response = getattr(broken, name)
-    return float(np.abs(response.values_beyond).max()) > SILENT
-
-
 def _reaches_one(evaluate: Callable[..., Complex], mode: Mode) -> bool:
     near = mode.frequency * np.linspace(1 - NEAR_MODE, 1 + NEAR_MODE, 301)
     return float(np.abs(evaluate(near)).max()) >= 1.0
@@ -206,9 +205,8 @@ def require_sampling(sample_time: float, modes: Sequence[Mode]) -> None:
     ------
     ModelError : names the mode, and how often is enough.
     """
-    found = slow_sampling(sample_time, modes)
-    if found is not None:
-        raise ModelError(found)
+    if (why := slow_sampling(sample_time, modes)) is not None:
+        raise ModelError(why)
 
 
 def slow_sampling(sample_time: float, modes: Sequence[Mode]) -> str | None:
@@ -345,7 +343,7 @@ def _first_and_last(rows: Sequence[RunningMargins]) -> set[float]:
     locally least.
     """
     found: set[float] = set()
-    for loop in ("torque", "pitch"):
+    for loop in COMMANDS:
         acts = [loop in dict(row.loops) for row in rows]
         for k, (row, here) in enumerate(zip(rows, acts, strict=True)):
             before, after = acts[max(k - 1, 0)], acts[min(k + 1, len(rows) - 1)]
@@ -378,15 +376,10 @@ COMMANDS = ("torque", "pitch")
 STEPS = 4
 
 
-@dataclass(frozen=True, slots=True)
-class SmallMargin:
-    """A margin that is below the least one.
+class SmallMargin(NamedTuple):
+    """A margin ("gain", "phase" or "delay") of a command that is below the least one.
 
-    Attributes
-    ----------
-    kind : "gain", "phase" or "delay".
-    command : "torque", "pitch" or, for the delay, "torque and pitch".
-    share : of the least margin at which the loop is unstable, in steps; smaller is worse.
+    ``share`` : of the least margin at which the loop is unstable, in steps; smaller is worse.
     """
 
     kind: str
@@ -397,36 +390,24 @@ class SmallMargin:
 def small_margins(loop: RunningLoop) -> tuple[SmallMargin, ...]:
     """Return the margins of a stable loop that are below the least ones."""
     shares = np.arange(1, STEPS + 1) / STEPS
-    found = []
-    for place, command in enumerate(COMMANDS):
-        for kind in ("gain", "phase"):
-            bad = [share for share in shares if not _keeps(loop, place, kind, float(share))]
-            if bad:
-                found.append(SmallMargin(kind, command, float(bad[0])))
-    if not _stable(*_later(loop)):
-        found.append(SmallMargin("delay", "torque and pitch", 1.0))
-    return tuple(found)
-
-
-def _keeps(loop: RunningLoop, place: int, kind: str, share: float) -> bool:
-    if kind == "phase":
-        return _stable_with(loop, place, np.exp(1j * share * LEAST_PHASE))
-    factor = LEAST_GAIN**share
-    return all(_stable_with(loop, place, one) for one in (factor, 1 / factor))
-
-
-def _stable_with(loop: RunningLoop, place: int, factor: complex) -> bool:
-    factors = np.ones(2, dtype=np.complex128)
-    factors[place] = factor
-    return _stable(loop.A, loop.B * factors, loop.C)
-
-
-def _later(loop: RunningLoop) -> tuple[Floats, Floats, Floats]:
-    """Return the loop with both commands one sample later: they are two states more."""
-    n = len(loop.A)
-    A, B, C = np.zeros((n + 2, n + 2)), np.zeros((n + 2, 2)), np.zeros((2, n + 2))
-    A[:n, :n], A[:n, n:], B[n:], C[:, :n] = loop.A, loop.B, np.eye(2), loop.C
-    return A, B, C
+    factors: Mapping[str, Callable[[float], tuple[complex, ...]]] = {
+        "gain": lambda share: (LEAST_GAIN**share, LEAST_GAIN**-share),
+        "phase": lambda share: (np.exp(1j * share * LEAST_PHASE),),
+    }
+    small = []
+    for column, command in zip(np.eye(2), COMMANDS, strict=True):
+        for kind, factors_of in factors.items():
+            for share in shares.tolist():
+                bent = (1 + (factor - 1) * column for factor in factors_of(share))
+                if not all(_stable(loop.A, loop.B * each, loop.C) for each in bent):
+                    small.append(SmallMargin(kind, command, share))
+                    break
+    # With both commands one sample later they are two states more.
+    A = np.block([[loop.A, loop.B], [np.zeros((2, len(loop.A) + 2))]])
+    B = np.vstack([np.zeros_like(loop.B), np.eye(2)])
+    if not _stable(A, B, np.hstack([loop.C, np.zeros((2, 2))])):
+        small.append(SmallMargin("delay", "torque and pitch", 1.0))
+    return tuple(small)
 
 
 def _stable(A: Floats, B: Floats | Complex, C: Floats) -> bool:

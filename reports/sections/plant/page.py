@@ -86,7 +86,7 @@ def _sections(design: PlantDesign, say: Tell) -> tuple[list[Section], dict[str, 
     # Of one state there is no plane: its responses are the picture.
     pictured = [*picture.captioned_figures, *drawn_motions.captioned_figures]
     if not picture.captioned_figures:
-        drawn_motions = replace(drawn_motions, captioned_figures=())
+        drawn_motions = drawn_motions._replace(captioned_figures=())
     sections = [verdict_section(design, pictured[0])]
     if loop.gains is not None:
         sections.append(gains_section(design, loop))
