@@ -137,8 +137,6 @@ def shown(design: PlantDesign) -> Cell:
     from takagi.reports.loops.plant_loop import plant_loop
     from takagi.reports.sections.plant.summary import answer_sentence, summary_rows
 
-    loop = plant_loop(design)
-    rows = [row for row in summary_rows(design) if row.name != "gains"]
     return {
         "proved": design.proved,
         "verdict": "PROVED" if design.proved else f"{design.verdict_words}: a candidate",
@@ -150,10 +148,11 @@ def shown(design: PlantDesign) -> Cell:
                 "basis": row.basis or "proved",
                 "shortfall": row.shortfall if row.partial else "",
             }
-            for row in rows
+            for row in summary_rows(design)
+            if row.name != "gains"
         ],
         "gains": _gains(design),
-        "planes": _planes(design, loop),
+        "planes": _planes(design, plant_loop(design)),
         "claims": [[claim.name, claim.verdict.name] for claim in design.checked.claims],
         "notes": list(design.notes),
     }
@@ -172,26 +171,19 @@ def _planes(design: PlantDesign, loop: PlantLoop) -> list[Mapping[str, Any]]:
     from takagi.reports.figures.plant.proved_set import ellipse, planes, section
     from takagi.reports.loops.plant_motion import around, motions, starts
 
-    pairs = planes(loop)
-    if not pairs:
+    if not planes(loop):
         return []
-    begin = (
-        around(loop, AROUND)
-        if len(loop.names) == 2
-        else [*starts(loop), *around(loop, AROUND_MANY)]
-    )
-    simulated = motions(loop, begin)
+    begin = [*starts(loop), *around(loop, AROUND_MANY)]
+    simulated = motions(loop, around(loop, AROUND) if len(loop.names) == 2 else begin)
     plane_list: list[Mapping[str, Any]] = []
-    for pair in pairs:
+    for pair in planes(loop):
         units = [_unit(loop, k) for k in pair]
         sizes = np.array([[size] for size, _ in units])
-        lines = [_thinned(motion.state[:, pair].T / sizes) for motion in simulated]
         of_set: dict[str, Any] = {"safe": None, "set": None}
         if loop.bounded:
-            P, level = loop.start_ellipsoid
-            of_set["safe"] = _points(_thinned(section(P, level, pair) / sizes))
+            of_set["safe"] = _points(section(*loop.start_ellipsoid, pair) / sizes)
             if len(loop.names) > 2 or loop.observed is not None:
-                of_set["set"] = _points(_thinned(ellipse(*loop.ellipsoid, pair) / sizes))
+                of_set["set"] = _points(ellipse(*loop.ellipsoid, pair) / sizes)
         box = [loop.model.box.get(loop.model.states[k]) for k in pair]
         covered = [design.settings.initial.get(loop.names[k], 0.0) for k in pair]
         plane_list.append(
@@ -206,7 +198,7 @@ def _planes(design: PlantDesign, loop: PlantLoop) -> list[Mapping[str, Any]]:
                     for ends, (size, _) in zip(box, units, strict=True)
                 ],
                 "covered": [half / size for half, (size, _) in zip(covered, units, strict=True)],
-                "motions": [_points(line) for line in lines],
+                "motions": [_points(motion.state[:, pair].T / sizes) for motion in simulated],
             }
         )
     return plane_list
@@ -220,10 +212,6 @@ def _unit(loop: PlantLoop, state: int) -> tuple[float, str]:
     return 1.0, unit_of(loop.model.states[state])
 
 
-def _thinned(line: Floats) -> Floats:
-    step = -(-line.shape[1] // MOST_POINTS)
-    return line[:, ::step]
-
-
 def _points(line: Floats) -> list[list[float]]:
-    return [[float(f"{value:.4g}") for value in row] for row in line]
+    step = -(-line.shape[1] // MOST_POINTS)
+    return [[float(f"{value:.4g}") for value in row] for row in line[:, ::step]]
