@@ -348,21 +348,16 @@ def _actuators_table(claim: Mapping[str, Any], loop: Mapping[str, Any]) -> dict[
     return {"kind": claim["kind"], "order": claim["order"], "rows": rows}
 
 
-def _power(uncertainty: Mapping[str, Any]) -> Tex | None:
-    """Return the interval of the true c_P relative to the table; None if it is only 1."""
-    low, high = uncertainty.get("power_coefficient", (1, 1))
-    return interval([low, high]) if low < high else None
-
-
 def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
     """Return the numbers of theorem and tables, read from the claim that is checked."""
     cells: Sequence[Mapping[str, Any]] = claim["cells"]
     law, rated = design.effort_sharing_law, design.turbine.rated_rotor_speed
     assert law is not None  # the claim is about it
+    low, high = claim["uncertainty"].get("power_coefficient", (1, 1))
     fastest = float(max(law.schedule.rotor_speed)) + claim["peaks"]["speed_error"]
     return {
         "claim": claim,
-        "power": _power(claim["uncertainty"]),
+        "power": interval([low, high]) if low < high else None,
         "peaks": [Tex(f"{_PEAKS[name]} {decimal(v)}") for name, v in
                   claim["peaks"].items()],
         "inertia_gain": range_text((cell["inertia_gain"] for cell in cells), 7),

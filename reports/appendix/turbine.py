@@ -32,7 +32,6 @@ from takagi.reports.appendix.tex import (
     with_decimals,
 )
 from takagi.reports.figures.operation import power_surface_figure, trim_figure
-from takagi.reports.margins.margins import Margins
 from takagi.reports.margins.running_over_wind import SearchedMargins, wind_ranges
 from takagi.reports.output import read_words
 from takagi.reports.sections.turbine.model import (
@@ -168,17 +167,16 @@ def _margin_row(searched: SearchedMargins, wind: float, loop: str) -> list[Tex] 
     plants = [dict(row.loops).get(loop) for row in searched.rows if row.wind == wind]
     if plants[0] is None:
         return None
-    every = [_four(m) for m in plants if m is not None]
+    every = [
+        (20 * np.log10(m.gain_increase), m.phase * DEGREES, m.delay, m.disk.alpha)
+        for m in plants
+        if m is not None
+    ]
     cells = []
     for column, digits in zip(zip(*every, strict=True), (1, 1, 3, 2), strict=True):
         first, minimum = (with_decimals(value, digits) for value in (column[0], min(column)))
         cells.append(Tex(f"{first} ({minimum})"))
     return [decimal(wind), escape(loop), *cells]
-
-
-def _four(m: Margins) -> tuple[float, float, float, float]:
-    gain = 20 * np.log10(m.gain_increase) if m.gain_increase > 0 else 0.0
-    return float(gain), m.phase * DEGREES, m.delay, m.disk.alpha
 
 
 # The runs of the report that the appendix shows.
@@ -368,6 +366,7 @@ def _invariance(candidate: EffortSharingCandidate) -> Condition:
     )
 
 
+_POWER = re.compile(r"(\d)e([+-]\d+)")
 _RELAXATIONS = {"wang-tanaka-griffin": "all pairs", "common-gain": "one gain for all rules"}
 
 
@@ -398,12 +397,14 @@ def posed(
         "source": condition.source,
         "numbers": list(numbers),
         "remark": Tex(remark or f"Here {'; '.join(explanations)}."),
-        "lines": [(escape(plain_label(label)), _powers(formula)) for label, formula in lines],
+        "lines": [
+            (
+                escape(plain_label(label)),
+                Tex(_POWER.sub(lambda m: rf"{m[1]} \cdot 10^{{{int(m[2])}}}", formula)),
+            )
+            for label, formula in lines
+        ],
     }
-
-
-def _powers(formula: str) -> Tex:
-    return Tex(re.sub(r"(\d)e([+-]\d+)", lambda m: rf"{m[1]} \cdot 10^{{{int(m[2])}}}", formula))
 
 
 def posed_design(title: str, design: Design | None, *, dual: bool = False) -> list[dict[str, Any]]:

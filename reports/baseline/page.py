@@ -266,7 +266,14 @@ def as_html(designs: Sequence[ComparedDesign], *, name: str) -> str:
         "designs": [_card(design) for design in designs],
         "rows": rows,
         "same": same,
-        "details": [(d.place, _lists(d.comparison)) for d in designs if d.comparison],
+        "details": [
+            (
+                d.place,
+                [(LISTS[kind], lines) for kind, lines in listed(d.comparison).items() if lines],
+            )
+            for d in designs
+            if d.comparison
+        ],
     }
     return report_files(
         "plant",
@@ -341,11 +348,6 @@ def _cell(row: Moved | None, claim: str, allowed: str) -> _Cell:
     kind = "good" if row.change > 0 else "bad" if row.worse else "open"
     means = f"{word_of(row)}, {share_in_words(row)}" + f" (over {allowed})" * row.worse
     return _Cell(f"{old} to {new}, {row.place}" if row.place else new, means, kind)
-
-
-def _lists(compared: CertificateComparison) -> list[tuple[str, list[str]]]:
-    """Return (title, lines) of what the table of figures does not show."""
-    return [(LISTS[kind], lines) for kind, lines in listed(compared).items() if lines]
 
 
 LISTS = {

@@ -30,8 +30,6 @@ from takagi.models.arrays import Floats
 from takagi.reports.loops.plant_loop import claimed_matrix, proved_claims
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.models.plant.plant import Variable
@@ -97,20 +95,19 @@ def overshoots(design: PlantDesign, loop: PlantLoop) -> dict[str, float]:
     disturbed = any(not v.schedules for v in loop.plant.disturbances)
     if not loop.level_proved or disturbed or loop.observed is not None:
         return {}
-    bounds = [np.sqrt(np.diag(P) * np.diag(np.linalg.inv(P))) for P in _functions(design)]
+    functions = [
+        claimed_matrix(claim)
+        for kind in _NEVER_GROWING
+        for claim in proved_claims(design.document, design.checked, kind)
+        if Fraction(str(claim.get("decay_rate", 0))) >= 0
+    ]
+    bounds = [np.sqrt(np.diag(P) * np.diag(np.linalg.inv(P))) for P in functions]
     if not bounds:
         return {}
     factors: Floats = _ROUNDED * np.min(bounds, axis=0)
     count = len(loop.names) - len(loop.plant.integrators)
     pairs = zip(loop.names[:count], factors, strict=False)
     return {name: float(factor) for name, factor in pairs if factor <= USEFUL}
-
-
-def _functions(design: PlantDesign) -> Iterator[Floats]:
-    for kind in _NEVER_GROWING:
-        for claim in proved_claims(design.document, design.checked, kind):
-            if Fraction(str(claim.get("decay_rate", 0))) >= 0:
-                yield claimed_matrix(claim)
 
 
 _INVARIANT = ("invariant-ellipsoid", "input-limits")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import pi
@@ -169,11 +170,12 @@ def _margins(loop: RunningLoop, plant: PlantChoice, modes: Sequence[Mode]) -> Ru
         if float(np.abs(response.values_beyond).max()) > SILENT
     }
     margins = {name: loop_margins(response) for name, response in acting.items()}
+    around = np.linspace(1 - NEAR_MODE, 1 + NEAR_MODE, 301)
     met = tuple(
         (name, mode)
         for name, response in acting.items()
         for mode in modes
-        if _reaches_one(response.evaluate, mode)
+        if float(np.abs(response.evaluate(mode.frequency * around)).max()) >= 1.0
     )
     return RunningMargins(
         wind=loop.wind,
@@ -191,11 +193,6 @@ def _margins(loop: RunningLoop, plant: PlantChoice, modes: Sequence[Mode]) -> Ru
 def _chosen(kinks: tuple[str, ...]) -> tuple[str, ...]:
     """Return the kinks with a choice of sides; pitch at its stop goes inwards alone."""
     return tuple(kink for kink in kinks if not kink.startswith("pitch"))
-
-
-def _reaches_one(evaluate: Callable[..., Complex], mode: Mode) -> bool:
-    near = mode.frequency * np.linspace(1 - NEAR_MODE, 1 + NEAR_MODE, 301)
-    return float(np.abs(evaluate(near)).max()) >= 1.0
 
 
 def require_sampling(sample_time: float, modes: Sequence[Mode]) -> None:
@@ -475,15 +472,12 @@ def decisive_winds(loops: RunningLoops) -> tuple[float, ...]:
     """Return the whole winds, and three where pitch begins to act: the weakest place of it."""
     turbine = loops.plant.turbine
     whole = winds_between(turbine.cut_in, turbine.cut_out, 1.0)
-    acting = [wind for wind in fine_winds(loops) if _pitch_acts(loops, wind)]
+    acting = []
+    for wind in fine_winds(loops):
+        with suppress(NoEquilibrium):
+            if loops.rest(wind).plant[1] > turbine.pitch_min:
+                acting.append(wind)
     return tuple(sorted({*whole, *acting[:3]}))
-
-
-def _pitch_acts(loops: RunningLoops, wind: float) -> bool:
-    try:
-        return bool(loops.rest(wind).plant[1] > loops.plant.turbine.pitch_min)
-    except NoEquilibrium:
-        return False
 
 
 def _nodes(loops: RunningLoops) -> list[float]:

@@ -302,7 +302,8 @@ def columns(found: PlantSimulation) -> tuple[list[str], list[list[str]]]:
         settled = settling_time(motion, SETTLED)
         row.append("-" if np.isnan(settled) else f"{settled:.3g}")
         row.append({True: "yes", False: "no", None: "none"}[in_proved_set(loop, motion)])
-        row.append(_ended(found, motion))
+        left = motion.whole and left_box(loop, motion) is not None
+        row.append("left the box" if left else _ENDED[motion.ended])
         rows.append(row)
     return heads, rows
 
@@ -439,8 +440,8 @@ def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[
     if variable is None:
         return []
     size, unit = file_unit(variable)
-    place = [one for one, _ in found.scenario.disturbances]
-    moved = list(dict.fromkeys(v for v in _moving(found) if v in place)).index(name)
+    moving = moving_disturbances(found.scenario, found.loop.plant)
+    moved = [v.name for v in moving].index(name)
     values = np.concatenate([motion.disturbance[:, moved] for motion in found.motions])
     off = float(np.abs(values - float(variable.rest)).max())
     side = variable.range
@@ -460,16 +461,6 @@ def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[
             f"for {in_file_units(variable, proved)})"
         ]
     return []
-
-
-def _moving(found: PlantSimulation) -> list[str]:
-    """Return the names of the disturbances that vary, in the order of ``disturbance``."""
-    return [v.name for v in moving_disturbances(found.scenario, found.loop.plant)]
-
-
-def _ended(found: PlantSimulation, motion: PlantMotion) -> str:
-    left = motion.whole and left_box(found.loop, motion) is not None
-    return "left the box" if left else _ENDED[motion.ended]
 
 
 def _figure(value: float) -> str:

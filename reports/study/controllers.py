@@ -208,7 +208,6 @@ def run_controllers_study(
 def motion(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: a law in turbulence about one mean wind, seed by seed."""
     law = str(inputs["law"])
-    run = _rosco_run if "tuning" in inputs else _law_run
     rows = []
     for seed in inputs["seeds"]:
         (wind,) = requested_winds(
@@ -217,20 +216,18 @@ def motion(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
             duration=inputs["duration"] + SETTLING,
         )
         row: dict[str, Any] = {"seed": seed, "reason": ""}
-        history = run(turbine, inputs, wind)
+        if "tuning" in inputs:
+            history = _rosco_run(turbine, inputs, wind)
+        else:
+            asked = canonical({"law": LAWS[law], "settings": {}})
+            (run,) = run_simulation(turbine, studied_law(turbine, asked), [wind]).runs
+            history = run.history or run.remarks()[0]
         if isinstance(history, str):
             row["reason"] = f"{words_of(law)}, {wind.name}: {history}"
         else:
             row |= asdict(measure(_counted(history), turbine))
         rows.append(row)
     return {"runs": rows}
-
-
-def _law_run(turbine: Turbine, inputs: Mapping[str, Any], wind: WindSeries) -> History | str:
-    asked = canonical({"law": LAWS[inputs["law"]], "settings": {}})
-    chosen = studied_law(turbine, asked)
-    (run,) = run_simulation(turbine, chosen, [wind]).runs
-    return run.history or run.remarks()[0]
 
 
 def _rosco_run(turbine: Turbine, inputs: Mapping[str, Any], wind: WindSeries) -> History | str:

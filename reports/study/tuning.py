@@ -325,7 +325,8 @@ def tuned(
     # The stubs of scipy know no function in place of its pool of processes.
     batch: Any = costs
     differential_evolution(
-        _nothing,
+        # The function of one member is never called.
+        batch,
         Bounds(low, high),
         popsize=MEMBERS,
         maxiter=max(math.ceil(tries / generation) - 1, 0),
@@ -349,11 +350,6 @@ def tuned(
         for point, result in zip(chosen, verdicts, strict=True)
     ]  # fmt: skip
     return Tuning(minimised, requirements, judged[0], tuple(judged[1:]), len(candidates), *counted)
-
-
-def _nothing(_: Floats) -> float:
-    """Stand where scipy wants a function; ``workers`` measures whole generations."""
-    return 0.0
 
 
 def _rounded(member: Floats) -> dict[str, float]:
@@ -384,7 +380,7 @@ def behaviour(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
         chosen = chosen_laws(turbine, [LAW], settings=_settings(turbine, inputs["at"]))
     except ModelError as error:
         return {"error": str(error)}
-    reference = _reference(turbine, canonical(_winds(inputs)))
+    reference = _reference(turbine, canonical({k: inputs[k] for k in _WINDS}))
     words = _turbulence(inputs)
     turbulent = requested_winds(turbine, words, duration=inputs["duration"])
     runs = run_simulation(turbine, chosen, turbulent, series=False).runs
@@ -411,6 +407,7 @@ def behaviour(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     return {"values": {name: float(f"{value:.6g}") for name, value in values.items()}}
 
 
+_WINDS = ("means", "seeds", "duration")
 _RATIOS = {
     "tower-del": "tower_del",
     "blade-del": "blade_del",
@@ -445,10 +442,6 @@ def _recovery(history: History, turbine: Turbine) -> float:
 def _turbulence(inputs: Mapping[str, Any]) -> list[str]:
     seeds = range(1, inputs["seeds"] + 1)
     return [f"turbulent:{v!r}:{TURBULENCE}:{s}" for v in inputs["means"] for s in seeds]
-
-
-def _winds(inputs: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: inputs[name] for name in ("means", "seeds", "duration")}
 
 
 def _settings(turbine: Turbine, at: Mapping[str, float]) -> DesignSettings:

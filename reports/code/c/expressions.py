@@ -17,7 +17,6 @@ from takagi.reports.code.controller_program import (
     Formula,
     Kept,
     Name,
-    Near,
     Number,
     Operation,
     Row,
@@ -416,7 +415,13 @@ def assignment_lines(assignment: Assignment, word: str, write: Expressions) -> I
         return f"{cast}({by.text(formula)})" if cast else by.text(formula)
 
     formula_text = value(assignment.formula)
-    branches = [(_is_near(near, by), value(near.formula)) for near in assignment.near]
+    branches = [
+        (
+            f"{by.text(Call('abs', (near.of,)))} <= {literal(near.within, by.suffix)}",
+            value(near.formula),
+        )
+        for near in assignment.near
+    ]
     yield from by.taken_before()
     yield f"{word}_real {name}; /* {note} */"
     for k, (condition, formula) in enumerate(branches):
@@ -425,11 +430,6 @@ def assignment_lines(assignment: Assignment, word: str, write: Expressions) -> I
     yield "} else {"
     yield f"    {name} = {formula_text};"
     yield "}"
-
-
-def _is_near(near: Near, write: Expressions) -> str:
-    distance = write.text(Call("abs", (near.of,)))
-    return f"{distance} <= {literal(near.within, write.suffix)}"
 
 
 def _estimate_held(

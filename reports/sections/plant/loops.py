@@ -133,27 +133,27 @@ def motion_section(
     regulator_motions : the motions from the same starts under a linear-quadratic regulator.
     """
     poles = (", ".join(complex_words(values)) for values in equilibrium_poles(loop))
+    times = [settling_time(motion) for motion in simulated]
     return Section(
         "responses",
         "Motions of the nonlinear plant",
         {
             "figures": list(drawn.captioned_figures),
             "jumps": list(jumped.captioned_figures),
-            "slowest": _slowest(simulated),
+            "slowest": f"{significant(max(times))} s" if times and np.isfinite(times).all() else "",
             "poles": list(poles),
             "discrete": loop.discrete,
             "compared": _beside_motions(loop, simulated, regulator_motions),
             "lost": [motion.name for motion in (*simulated, *jumps) if not motion.whole],
-            "rising": [motion.name for motion in simulated if _rises(motion)],
+            "rising": [
+                motion.name
+                for motion in simulated
+                if np.any(np.diff(motion.value) > SLACK * motion.value[:1])
+            ],
             "cut": cut_words(loop, [*simulated, *jumps]),
             "law": loop.gains is not None,
         },
     )
-
-
-def _slowest(simulated: Sequence[PlantMotion]) -> str:
-    times = [settling_time(motion) for motion in simulated]
-    return f"{significant(max(times))} s" if times and np.all(np.isfinite(times)) else ""
 
 
 def _beside_motions(
@@ -189,10 +189,3 @@ def cut_words(loop: PlantLoop, simulated: Sequence[PlantMotion]) -> list[str]:
                     f"({motion.name})"
                 )
     return phrases
-
-
-def _rises(motion: PlantMotion) -> bool:
-    """Return whether V grows by more than the integration's tolerance explains."""
-    if motion.value.size < 2:
-        return False
-    return bool(np.any(np.diff(motion.value) > SLACK * motion.value[0]))

@@ -202,18 +202,14 @@ def _cells(row: RunningMargins, loop: str, plants: Sequence[RunningMargins]) -> 
         loop,
         significant(every[0].crossover),
         _with_least([20 * np.log10(m.gain_increase) for m in every], 1),
-        _with_least([_fall(m) for m in every], 1),
+        _with_least(
+            [-20 * np.log10(m.gain_decrease) if m.gain_decrease else np.inf for m in every], 1
+        ),  # fmt: skip
         _with_least([float(np.degrees(m.phase)) for m in every], 0),
         _with_least([m.delay for m in every], 3),
         _with_least([m.disk.alpha for m in every], 2),
         _with_least([row.both.alpha, *(plant.both.alpha for plant in plants)], 2),
     )
-
-
-def _fall(margins: Margins) -> float:
-    """Return by how many dB the gain may fall; inf where it may fall to 0."""
-    decrease = margins.gain_decrease
-    return float(-20 * np.log10(decrease)) if decrease > 0 else float("inf")
 
 
 def _with_least(values: Sequence[float], digits: int) -> str:
