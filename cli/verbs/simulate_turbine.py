@@ -189,13 +189,13 @@ def _campaign(
     if out is not None:
         require_folder_place(out, files=campaigns.FILES, folders=("figures", RESULTS))
     path: Path = options["certificate"]
-    # Without --out nothing is kept.
-    place = nullcontext(out / RESULTS) if out is not None else tempfile.TemporaryDirectory()
 
     def work(tell: Tell) -> campaigns.CampaignReport:
         tell("checking the certificate", 0.0)
         # Strictly read, and about this model: what is simulated is what the checker judged.
         verdict = check(path, model=source.document.path).verdict.name
+        # Without --out nothing is kept.
+        place = nullcontext(out / RESULTS) if out is not None else tempfile.TemporaryDirectory()
         with place as folder:
             results = campaign.run_campaigns(
                 path,

@@ -100,6 +100,18 @@ class Point:
         settings = {self.series.setting: self.value, **dict(self.series.fixed)}
         return {"law": self.series.law, "settings": settings}
 
+    @property
+    def name(self) -> str:
+        """What varies, for machines."""
+        return self.series.kind.name if self.series else "reference"
+
+    @property
+    def words(self) -> dict[str, object]:
+        """The first cells of the point's row in a table: law and overlap."""
+        if self.series is None:
+            return {"law": "reference controller", "overlap": ""}
+        return {"law": self.series.words, "overlap": f"{self.value:g} {self.series.kind.unit}"}
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OverlapStudy:

@@ -280,12 +280,8 @@ def tuned(
             f"tries, 1 seed and {SHORTEST:g} s are needed"
         )
     requested_winds(turbine, [f"{v:g}" for v in means])
-    inputs = {
-        "files": files_sha256(source.files),
-        "means": list(means),
-        "seeds": seeds,
-        "duration": duration,
-    }
+    inputs = {"files": files_sha256(source.files), "means": list(means), "seeds": seeds,
+              "duration": duration}  # fmt: skip
     candidates: dict[str, Candidate] = {}
     counted = [0, 0]
 
