@@ -55,7 +55,7 @@ def _described(words: Sequence[str] | None) -> Callable[..., None]:
         for option in dict.fromkeys(_OPTION.findall(text)):
             parameters.append(_parameter(option[2:], annotated[bool, typer.Option(option)], False))
     listed = typer.Argument(
-        autocompletion=lambda word: [name for name in names if name.startswith(word)]
+        autocompletion=lambda incomplete: [n for n in names if n.startswith(incomplete)]
     )
     parameters.append(_parameter("words", annotated[list[str] | None, listed], None))
     described: Any = command
