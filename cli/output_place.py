@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from takagi.cli.progress import Tell, progress
-from takagi.reports.output import OutputError
+from takagi.reports.output import OutputError, write_folder
 
 Result = TypeVar("Result")
 
@@ -91,8 +91,6 @@ def kept_results(
 
     Ctrl-C says that what is finished stays there, and passes.  Without ``out`` none is written.
     """
-    from takagi.reports.output import write_folder
-
     with progress(title) as tell:
         try:
             result = work(tell)

@@ -14,8 +14,10 @@ from takagi.cli.options.given import Options, declared, defaults_of, option_of
 from takagi.cli.options.plant_options import time_asked
 from takagi.cli.options.turbine_options import law_in_files
 from takagi.cli.options.turbine_settings import typed_size
+from takagi.cli.output_place import kept_results, require_folder_place
 from takagi.cli.progress import Tell, progress
 from takagi.models.errors import ModelError
+from takagi.reports.output import write_folder
 
 if TYPE_CHECKING:
     from takagi.models.simulation.turbine_plant import SimulatedTurbine
@@ -49,8 +51,6 @@ def simulate(
                 "too: --certificate FILE"
             )
     if out is not None:
-        from takagi.cli.output_place import require_folder_place
-
         files = ("summary.md", "simulation.csv", "simulation.json")
         require_folder_place(out, files=files, folders=("figures", "series"))
     from takagi.reports.simulation.laws import (
@@ -108,7 +108,6 @@ def simulate(
             tell=lambda step, done: tell(step, begin + (_SIMULATING - begin) * done),
         )
         if out is not None:
-            from takagi.reports.output import write_folder
             from takagi.reports.simulation.tables import simulation_files
 
             tell("figures and tables", _SIMULATING)
@@ -175,7 +174,6 @@ def _campaign(
     from takagi.certificates.campaign import runs as campaign
     from takagi.certificates.checker.replay.certificate import check
     from takagi.certificates.sweep.tasks import RESULTS
-    from takagi.cli.output_place import kept_results, require_folder_place
     from takagi.reports.sweep import campaigns
 
     texts = options["beyond"] or []

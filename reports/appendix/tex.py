@@ -19,6 +19,8 @@ from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import exact
+from takagi.models.laws.protocol import law_words
+from takagi.reports.figures.style import figure_to_pdf
 from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 from takagi.reports.page.text import at_least, at_most_to
 
@@ -220,8 +222,6 @@ def assembled(
         and whether there is a table of contents.
     drawn : name -> figure.
     """
-    from takagi.reports.figures.style import figure_to_pdf
-
     figures = {f"{name}.pdf": figure_to_pdf(figure) for name, figure in drawn.items()}
     full_context = {**context, "figures": sorted(figures)}
     files: dict[str, bytes | str] = {
@@ -234,8 +234,6 @@ def assembled(
 
 def checked_context(document: Mapping[str, Any], checked: Checked) -> dict[str, Any]:
     """Return the checker's verdict, and the certificate's hashes, versions and configuration."""
-    from takagi.models.laws.protocol import law_words
-
     provenance = document.get("provenance", {})
     hashes = {
         **{f"file {name}": value for name, value in provenance.get("files_sha256", {}).items()},

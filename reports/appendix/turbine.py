@@ -12,10 +12,14 @@ import numpy as np
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
 from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
+from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid_condition
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.typeset import formula_lines, plain_label
+from takagi.lmi.gains.cost.regulator import guaranteed_cost_condition
+from takagi.lmi.gains.observer import observer_condition
+from takagi.lmi.turbine.effort import EffortSettings
 from takagi.lmi.turbine.regional import RegionGains
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw, loop_vertices
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
@@ -42,13 +46,12 @@ from takagi.reports.sections.turbine.model import (
     trim_curve,
 )
 from takagi.reports.sections.turbine.running import margins_drawing, response_drawing
-from takagi.reports.simulation.measured_loop import measured_loop
+from takagi.reports.simulation.measured_loop import DesignRun, measured_loop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from takagi.lmi import Design
-    from takagi.reports.simulation.measured_loop import DesignRun
 
 DEGREES = 180 / np.pi
 _WORDS = read_words("appendix/words.toml")
@@ -325,8 +328,6 @@ def conditions(design: TurbineDesign) -> Iterator[dict[str, object]]:
 
 
 def _observer_problem(design: TurbineDesign) -> Condition:
-    from takagi.lmi.gains.observer import observer_condition
-
     return observer_condition(
         design.observer.model, decay_rate=design.observer.decay_rate, relaxation="common-gain"
     )
@@ -334,9 +335,6 @@ def _observer_problem(design: TurbineDesign) -> Condition:
 
 def _effort(design: TurbineDesign) -> Condition:
     """Return the guaranteed-cost condition of the first wind node; all nodes share its form."""
-    from takagi.lmi.gains.cost.regulator import guaranteed_cost_condition
-    from takagi.lmi.turbine.effort import EffortSettings
-
     if design.effort is None:
         raise ValueError("a design without effort gains has no guaranteed-cost condition")
     settings = design.settings.effort or EffortSettings()
@@ -348,9 +346,6 @@ def _effort(design: TurbineDesign) -> Condition:
 
 def _invariance(candidate: EffortSharingCandidate) -> Condition:
     """Return the invariance condition over all corners, at the claim's winds and multipliers."""
-    from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid_condition
-    from takagi.models.laws.effort_sharing.law import loop_vertices
-
     corners = [loop_vertices(cell) for cell in candidate.cells]
     d = [
         v.fixed + candidate.wind_error[k] * v.per_wind_error

@@ -17,6 +17,7 @@ from takagi.reports.baseline.comparison import (
 )
 from takagi.reports.ci_formats import markdown_cell
 from takagi.reports.output import read_words
+from takagi.reports.page.text import Section
 
 # Relative change of a figure that rounding on another processor may cause.
 ROUNDING = 1e-3
@@ -259,7 +260,6 @@ def as_html(designs: Sequence[ComparedDesign], *, name: str) -> str:
     """
     # Imported here: only a page needs the templates.
     from takagi.reports.page.assembly import report_files
-    from takagi.reports.page.text import Section
 
     rows, same = _table(designs)
     content = {

@@ -17,16 +17,21 @@ import numpy as np
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.design.design import NoDesign
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant.static_gains import plant_of_law
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import file_unit
+from takagi.reports.design_folder import design_folder, law_files, read_design
+from takagi.reports.figures.plant.proved_set import ellipse, planes, section
+from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
+from takagi.reports.loops.plant_motion import around, motions, starts
 from takagi.reports.output import write_folder
+from takagi.reports.page.text import unit_of
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.arrays import Floats
-    from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant_files.loader import PlantFile
-    from takagi.reports.loops.plant_loop import PlantLoop
 
 Cell: TypeAlias = dict[str, Any]
 # (plant's file, options by the names of their parameters) -> settings, as the command line has it.
@@ -67,8 +72,6 @@ def made_cell(
                 reason = made.reason
                 write_folder(folder, {NONE: json.dumps({"reason": reason, "for": options})})
             else:
-                from takagi.reports.design_folder import law_files
-
                 write_folder(folder, law_files(made, source=source))
                 design = read_checked(folder, source, settings)
     except (ModelError, CertificateError, OSError) as error:
@@ -81,7 +84,6 @@ def _designed(
     source: PlantFile, settings: PlantSettings, tell: Callable[[str], None]
 ) -> PlantDesign | NoDesign:
     from takagi.certificates.design.plant.design import design_plant
-    from takagi.certificates.design.plant.static_gains import plant_of_law
 
     def step(words: str) -> None:
         tell(words)
@@ -118,9 +120,6 @@ def read_checked(folder: Path, source: PlantFile, settings: PlantSettings) -> Pl
     CertificateError : no whole design, or one of another plant or for other requirements.
     ModelError : a file that cannot be read.
     """
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.reports.design_folder import design_folder, read_design
-
     copied = design_folder(folder).model
     design = read_design(folder)
     same = all(
@@ -134,7 +133,6 @@ def read_checked(folder: Path, source: PlantFile, settings: PlantSettings) -> Pl
 
 def shown(design: PlantDesign) -> Cell:
     """Return the design's badge, answer, rows, gains and picture."""
-    from takagi.reports.loops.plant_loop import plant_loop
     from takagi.reports.sections.plant.summary import answer_sentence, summary_rows
 
     return {
@@ -168,9 +166,6 @@ def _gains(design: PlantDesign) -> Mapping[str, Any]:
 
 def _planes(design: PlantDesign, loop: PlantLoop) -> list[Mapping[str, Any]]:
     """Return sets, ranges and motions in planes of two states, as deviations in file units."""
-    from takagi.reports.figures.plant.proved_set import ellipse, planes, section
-    from takagi.reports.loops.plant_motion import around, motions, starts
-
     if not planes(loop):
         return []
     begin = [*starts(loop), *around(loop, AROUND_MANY)]
@@ -205,8 +200,6 @@ def _planes(design: PlantDesign, loop: PlantLoop) -> list[Mapping[str, Any]]:
 
 
 def _unit(loop: PlantLoop, state: int) -> tuple[float, str]:
-    from takagi.reports.page.text import unit_of
-
     if state < len(loop.plant.states):
         return file_unit(loop.plant.states[state])
     return 1.0, unit_of(loop.model.states[state])

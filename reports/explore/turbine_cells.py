@@ -10,14 +10,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import inf, isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.design.turbine.result import claim_summary
+from takagi.certificates.design.turbine.result import ClaimSummary, TurbineDesign, claim_summary
 from takagi.models.errors import ModelError
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.reports.explore.axes import Axis, Steps
 from takagi.reports.explore.books import Book
-from takagi.reports.margins.running_over_wind import COMMANDS
+from takagi.reports.explore.plant_cell import Cell
+from takagi.reports.margins.margins import Margins
+from takagi.reports.margins.running_over_wind import COMMANDS, RunningMargins
 from takagi.reports.page.text import at_least, at_most
 from takagi.reports.sections.turbine.model import over_rated
 from takagi.reports.sections.turbine.summary import (
@@ -29,13 +32,6 @@ from takagi.reports.sections.turbine.summary import (
     proved_claim,
 )
 from takagi.reports.simulation.measured_loop import NOTHING, MeasuredLoop
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import ClaimSummary, TurbineDesign
-    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-    from takagi.reports.explore.plant_cell import Cell
-    from takagi.reports.margins.margins import Margins
-    from takagi.reports.margins.running_over_wind import RunningMargins
 
 NO_SET = "The set and the bound of rotor speed are not proved."
 

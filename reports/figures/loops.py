@@ -21,15 +21,15 @@ from takagi.reports.figures.style import (
     shades,
     wind_axis,
 )
+from takagi.reports.loops.plant_loop import PlantLoop
+from takagi.reports.loops.plant_motion import PlantMotion
+from takagi.reports.margins.margins import Margins
+from takagi.reports.margins.response import LoopResponse
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.reports.loops.plant_loop import PlantLoop
-    from takagi.reports.loops.plant_motion import PlantMotion
-    from takagi.reports.margins.margins import Margins
-    from takagi.reports.margins.response import LoopResponse
 
 LEGEND_COLUMNS = 2
 # Below this gain the loop is treated as open: -200 dB is not a gain.

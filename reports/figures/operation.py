@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.arrays import Floats
+from takagi.models.laws.published.regional_schedule import CouplingFilter
 from takagi.models.turbine.data import Turbine, tip_speed_ratio
 from takagi.models.turbine.trim import TrimPoint
 from takagi.reports.figures.style import (
@@ -26,8 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.contour import QuadContourSet
     from matplotlib.figure import Figure
 
-    from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.models.laws.published.regional_schedule import CouplingFilter
 
 RPM, DEGREES = 30 / np.pi, 180 / np.pi
 

@@ -7,12 +7,12 @@ from dataclasses import KW_ONLY, dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.plant.plant import Plant, Variable
 from takagi.models.plant_simulation.runs import (
     COMPLETE,
     Commands,
@@ -24,14 +24,10 @@ from takagi.models.plant_simulation.runs import (
     run,
 )
 from takagi.models.plant_simulation.signals import Signals
-from takagi.reports.code.controller_program import Call
+from takagi.reports.code.controller_program import Call, ControllerProgram
 from takagi.reports.code.run import ProgramRun, value_of
+from takagi.reports.loops.plant_loop import ObservedMotion, PlantLoop
 from takagi.reports.page.text import name_of
-
-if TYPE_CHECKING:
-    from takagi.models.plant.plant import Plant, Variable
-    from takagi.reports.code.controller_program import ControllerProgram
-    from takagi.reports.loops.plant_loop import ObservedMotion, PlantLoop
 
 # A start lies this far out in the ellipsoid, as a share of its level, or of the box without one.
 INSIDE, SHARE = 0.98, 0.3

@@ -6,14 +6,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 from takagi.certificates.checker.kernel.reader import member, number, numbers, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.design.given.turbine_law import law_from_gains
+from takagi.certificates.design.turbine.effort_sharing_gains import (
+    wind_by_wind_law,
+    wind_observer_design,
+)
+from takagi.certificates.design.turbine.published_law import designed_law, regional_design
+from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Law
+from takagi.models.laws.published.law import switched_law
+from takagi.models.laws.published.regional_schedule import Variant
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.turbine_plant import SpeedFilter
@@ -21,10 +30,6 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import derated
 from takagi.models.turbine.wind_observer import WindObserver
 from takagi.reports.output import read_words
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.settings import DesignSettings
-    from takagi.models.laws.published.regional_schedule import Variant
 
 # The law's name, and what a reader of its numbers should know.
 LAW_NAMES: Mapping[str, str] = read_words("simulation/words.toml")["laws"]
@@ -79,7 +84,6 @@ def chosen_laws(
         return ChosenLaws({"baseline": BaselineLaw(turbine)}, None)
     # Imported here: the reference's own controller needs no solver.
     from takagi.certificates.design.turbine.result import speed_filter
-    from takagi.certificates.design.turbine.scale import default_settings
 
     settings = settings or default_settings(turbine)
     laws = {name: _law(name, turbine, settings, variant) for name in asked_for}
@@ -91,23 +95,16 @@ def chosen_laws(
 @lru_cache(maxsize=1)
 def studied_observer(turbine: Turbine) -> Any:
     """Return what all laws share that read an estimate of the wind."""
-    from takagi.certificates.design.turbine.effort_sharing_gains import wind_observer_design
-    from takagi.certificates.design.turbine.scale import default_settings
-
     return wind_observer_design(turbine, default_settings(turbine)).observer
 
 
 @lru_cache(maxsize=1)
 def _regional(turbine: Turbine) -> Any:
     """Return what Schulte's laws share, whatever their overlaps."""
-    from takagi.certificates.design.turbine.published_law import regional_design
-
     return regional_design(turbine)
 
 
 def _require_variant(given: str | None, names: Sequence[str]) -> Variant:
-    from takagi.models.laws.published.regional_schedule import Variant
-
     if given is None:
         return "saturated"
     if "paper" not in names:
@@ -138,10 +135,6 @@ def require_law_names(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _law(name: str, turbine: Turbine, settings: DesignSettings, variant: Variant) -> Law:
-    from takagi.certificates.design.turbine.effort_sharing_gains import wind_by_wind_law
-    from takagi.certificates.design.turbine.published_law import designed_law
-    from takagi.models.laws.published.law import switched_law
-
     if name == "baseline":
         return BaselineLaw(turbine)
     if name == "coherent":

@@ -8,20 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.plant.plant import file_unit
+from takagi.models.plant.plant import Variable, file_unit
 from takagi.reports.figures.loops import Panel, motions_figure
 from takagi.reports.figures.plant.captioned import numbers_csv
 from takagi.reports.figures.plant.proved_set import phase_figure, planes
 from takagi.reports.figures.style import GREY, figure_to_svg
+from takagi.reports.loops.plant_loop import PlantLoop
+from takagi.reports.loops.plant_motion import PlantMotion
 from takagi.reports.simulation.plant_words import PlantScenario, moving_disturbances
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.models.plant.plant import Variable
-    from takagi.reports.loops.plant_loop import PlantLoop
-    from takagi.reports.loops.plant_motion import PlantMotion
 
 MOST_PANELS = 12
 _SHADE = "#f3d9c8"

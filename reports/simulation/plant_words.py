@@ -5,30 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import floor, log10
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.models.blending.blending import blending_of
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.plant import (
+    Plant,
+    Variable,
     file_unit,
     in_file_units,
     range_in_file_units,
     time_in_file_units,
 )
+from takagi.models.plant_simulation.runs import Cut, SampledProgram
 from takagi.models.plant_simulation.signals import Noise, Pulse, Ramp, Signal, Signals, Sine, Step
 from takagi.reports.loops.plant_claims import withstood
-from takagi.reports.loops.plant_loop import proved_claims
-from takagi.reports.loops.plant_motion import Outside, settling_time
+from takagi.reports.loops.plant_loop import PlantLoop, proved_claims
+from takagi.reports.loops.plant_motion import Outside, PlantMotion, settling_time
 from takagi.reports.output import sentence
 from takagi.reports.page.text import behind
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.plant.plant import Plant, Variable
-    from takagi.models.plant_simulation.runs import Cut, SampledProgram
-    from takagi.reports.loops.plant_loop import PlantLoop
-    from takagi.reports.loops.plant_motion import PlantMotion
 
 WORDS = "simulation/words.toml"
 # A value of noise without a given time is held for this share of the fastest time constant.
@@ -113,8 +110,6 @@ def outside(
 
 def moving_disturbances(scenario: PlantScenario, plant: Plant) -> tuple[Variable, ...]:
     """Return the disturbances that vary, in the order of the plant."""
-    from takagi.models.blending.blending import blending_of
-
     blending = blending_of(plant)
     written = plant if blending is None else blending.plant
     known = {v.name: v for v in written.disturbances}
@@ -136,8 +131,6 @@ def moving_disturbances(scenario: PlantScenario, plant: Plant) -> tuple[Variable
 
 def in_words(scenario: PlantScenario, plant: Plant) -> list[str]:
     """Return a text for each signal, in the units of the plant's file."""
-    from takagi.models.blending.blending import blending_of
-
     blending = blending_of(plant)
     variables = plant.variables + (() if blending is None else blending.plant.disturbances)
     known = {v.name: v for v in variables}

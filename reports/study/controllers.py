@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +20,8 @@ from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.simulation.closed_loop import Diverged, History
 from takagi.models.simulation.scenario import measure
+from takagi.models.simulation.wind import WindSeries
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import TurbineFile
 from takagi.reports.output import read_words
 from takagi.reports.simulation.runs import PlantParts, run_simulation, simulation_plant
@@ -39,10 +41,6 @@ from takagi.reports.study.rosco import (
     shipped_tuning,
     simulate_rosco,
 )
-
-if TYPE_CHECKING:
-    from takagi.models.simulation.wind import WindSeries
-    from takagi.models.turbine.data import Turbine
 
 OURS, REFERENCE, ROSCO = "effort-sharing", "reference", "rosco-"
 # By the name that is typed: the name in files.

@@ -12,8 +12,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.design.turbine.settings import check_limits
 from takagi.certificates.document.certificate_file import files_sha256
 from takagi.certificates.sweep.sweep import (
     SPEED,
@@ -28,11 +30,11 @@ from takagi.certificates.sweep.sweep import (
 )
 from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_tasks
 from takagi.models.errors import ModelError
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import TurbineFile
-
-if TYPE_CHECKING:
-    from takagi.models.turbine.data import Turbine
-    from takagi.reports.simulation.laws import ChosenLaws
+from takagi.reports.simulation.laws import ChosenLaws, chosen_laws
+from takagi.reports.simulation.runs import run_simulation
+from takagi.reports.simulation.winds import requested_winds
 
 CENTRED, EFFORT = "centred-overlap", "overlap"
 SEEDS, DURATION, SHORTEST = 6, 600.0, 10.0
@@ -171,8 +173,6 @@ def run_overlap_study(
     ModelError : an overlap that no law has, a wind outside the range, a duration too short; what
         ``run_tasks`` refuses.
     """
-    from takagi.reports.simulation.winds import requested_winds
-
     turbine = source.model
     means = next((axis.values for axis in axes if axis.name == WIND), MEANS)
     require_runs(seeds, duration)
@@ -218,9 +218,6 @@ def require_runs(seeds: int, duration: float) -> None:
 
 def _points(turbine: Turbine, axes: Sequence[Axis]) -> tuple[Point, ...]:
     """Return all points, the limits of whose settings are checked."""
-    from takagi.certificates.design.turbine.scale import default_settings
-    from takagi.certificates.design.turbine.settings import check_limits
-
     given = {axis.name: axis.values for axis in axes if axis.name != WIND}
     designed = default_settings(turbine)
     points = [Point(None)] if turbine.baseline is not None else []
@@ -258,9 +255,6 @@ def proof(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
 
 def motion(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: a law in turbulence about one mean wind, seed by seed."""
-    from takagi.reports.simulation.runs import run_simulation
-    from takagi.reports.simulation.winds import requested_winds
-
     chosen = studied_law(turbine, _asked(inputs))
     words = [f"turbulent:{inputs['mean']!r}:{TURBULENCE}:{seed}" for seed in inputs["seeds"]]
     winds = requested_winds(turbine, words, duration=inputs["duration"])
@@ -279,9 +273,6 @@ def _asked(inputs: Mapping[str, Any]) -> str:
 @lru_cache(maxsize=2)
 def studied_law(turbine: Turbine, asked: str) -> ChosenLaws:
     """Return a law with its observer and its filter of the measured speed."""
-    from takagi.certificates.design.turbine.scale import default_settings
-    from takagi.reports.simulation.laws import chosen_laws
-
     inputs = json.loads(asked)
     settings = replace(default_settings(turbine), **inputs["settings"])
     return chosen_laws(turbine, [inputs["law"]], settings=settings)

@@ -14,27 +14,31 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from takagi.certificates.design.turbine.design import design_turbine
+from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.design.turbine.settings import DesignSettings, check_limits
 from takagi.certificates.document.certificate_file import files_sha256
 from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_tasks
+from takagi.lmi.turbine.effort import EffortSettings
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.simulation.closed_loop import History
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import TurbineFile
 from takagi.reports.output import read_words
+from takagi.reports.simulation.laws import chosen_laws
+from takagi.reports.simulation.runs import run_simulation
+from takagi.reports.simulation.winds import requested_winds
 from takagi.reports.study.overlap import (
     REFERENCE,
     SHORTEST,
     TURBULENCE,
     studied_law,
 )
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.settings import DesignSettings
-    from takagi.models.simulation.closed_loop import History
-    from takagi.models.turbine.data import Turbine
 
 LAW = "coherent"
 MEANS, SEEDS, DURATION = (9.0, 11.0, 13.0, 15.0, 18.0), 2, 600.0
@@ -71,8 +75,6 @@ class Lever:
 
     def value(self, settings: DesignSettings) -> float:
         """Return the value that the settings have."""
-        from takagi.lmi.turbine.effort import EffortSettings
-
         if self.option in _EFFORT:
             return float(getattr(settings.effort or EffortSettings(), _EFFORT[self.option]))
         return float(getattr(settings, _SETTINGS[self.option]))
@@ -263,9 +265,6 @@ def tuned(
     """
     from scipy.optimize import Bounds, differential_evolution
 
-    from takagi.certificates.design.turbine.scale import default_settings
-    from takagi.reports.simulation.winds import requested_winds
-
     turbine, settings = source.model, default_settings(source.model)
     minimised, requirements = quantity_named(minimise), requirements_of(require)
     if turbine.baseline is None:
@@ -368,10 +367,6 @@ def _front(points: Sequence[Candidate], names: Sequence[str]) -> list[Candidate]
 # ------------------------------------------------------------------ tasks
 def behaviour(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: every quantity of the law with these settings."""
-    from takagi.reports.simulation.laws import chosen_laws
-    from takagi.reports.simulation.runs import run_simulation
-    from takagi.reports.simulation.winds import requested_winds
-
     try:
         chosen = chosen_laws(turbine, [LAW], settings=_settings(turbine, inputs["at"]))
     except ModelError as error:
@@ -414,8 +409,6 @@ _RATIOS = {
 
 def proof(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: what the checker says of the certificate of `takagi design`."""
-    from takagi.certificates.design.turbine.design import design_turbine
-
     try:
         design = design_turbine(turbine, _settings(turbine, inputs["at"]))
     except ModelError as error:
@@ -441,10 +434,6 @@ def _turbulence(inputs: Mapping[str, Any]) -> list[str]:
 
 
 def _settings(turbine: Turbine, at: Mapping[str, float]) -> DesignSettings:
-    from takagi.certificates.design.turbine.scale import default_settings
-    from takagi.certificates.design.turbine.settings import check_limits
-    from takagi.lmi.turbine.effort import EffortSettings
-
     settings = default_settings(turbine)
     of_effort: dict[str, Any] = {_EFFORT[k]: v for k, v in at.items() if k in _EFFORT}
     direct: dict[str, Any] = {_SETTINGS[k]: v for k, v in at.items() if k in _SETTINGS}
@@ -457,9 +446,6 @@ def _settings(turbine: Turbine, at: Mapping[str, float]) -> DesignSettings:
 @lru_cache(maxsize=1)
 def _reference(turbine: Turbine, winds: str) -> dict[str, list[float]]:
     """Return the reference controller's metrics in the same turbulence, once in each process."""
-    from takagi.reports.simulation.runs import run_simulation
-    from takagi.reports.simulation.winds import requested_winds
-
     inputs = json.loads(winds)
     chosen = studied_law(turbine, canonical({"law": REFERENCE, "settings": {}}))
     asked = requested_winds(turbine, _turbulence(inputs), duration=inputs["duration"])

@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from takagi.models.arrays import Floats
+from takagi.models.blending.blending import RunTimeBlending
+from takagi.models.ts.model import TSModel
+from takagi.models.ts.premise import Premise
 from takagi.reports.figures.loops import (
     Panel,
     bode_figure,
@@ -27,6 +30,7 @@ from takagi.reports.figures.style import (
     new_figure,
 )
 from takagi.reports.loops.plant_local import PlantLocalLoop, common_frequencies
+from takagi.reports.loops.plant_loop import PlantLoop
 from takagi.reports.loops.plant_motion import PlantMotion, around, motions
 from takagi.reports.output import csv_text
 from takagi.reports.page.text import CaptionedFigure, behind, name_of, powers
@@ -35,10 +39,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.models.blending.blending import RunTimeBlending
-    from takagi.models.ts.model import TSModel
-    from takagi.models.ts.premise import Premise
-    from takagi.reports.loops.plant_loop import PlantLoop
 
 LINE, GRID = 201, 61
 TRIES, SEED = 6, 5

@@ -8,18 +8,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.requests.tracking import jump_shares
+from takagi.models.arrays import Floats
 from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_file_units
+from takagi.models.tracking import signals_of
 from takagi.reports.figures.plant.proved_set import MOST_STATES, pairs, set_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 from takagi.reports.loops.plant_claims import SETTLED, half_widths, overshoots, settling_time
 from takagi.reports.loops.plant_local import regulator
-from takagi.reports.loops.plant_loop import embedded
+from takagi.reports.loops.plant_loop import PlantLoop, embedded
 from takagi.reports.page.text import (
     DASH,
     Section,
@@ -37,11 +41,6 @@ from takagi.reports.sections.plant.summary import (
     set_starts,
     start_words,
 )
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.arrays import Floats
-    from takagi.reports.loops.plant_loop import PlantLoop
 
 
 def claim_rows(design: PlantDesign, loop: PlantLoop) -> list[dict[str, str]]:
@@ -130,9 +129,6 @@ def _limits(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
 
 
 def _jumps(design: PlantDesign, claim: Mapping[str, Any]) -> list[str]:
-    from takagi.certificates.requests.tracking import jump_shares
-    from takagi.models.tracking import signals_of
-
     signals = {variable.name: variable for variable in design.plant.disturbances}
     phrases = []
     for reference, share in zip(

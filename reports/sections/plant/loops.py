@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.plant.plant import file_unit
 from takagi.reports.figures.loops import equilibrium_poles
 from takagi.reports.figures.plant.captioned import Drawn, captioned_bode_figures
@@ -17,15 +17,12 @@ from takagi.reports.loops.plant_local import (
     regulator,
     rest_loops,
 )
+from takagi.reports.loops.plant_loop import PlantLoop
 from takagi.reports.loops.plant_motion import PlantMotion, settling_time
 from takagi.reports.page.assembly import margin_table
 from takagi.reports.page.text import Section, behind, complex_words, name_of, significant
 from takagi.reports.sections.plant.summary import least_margins
 from takagi.reports.simulation.plant_words import cuts_by_command
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.reports.loops.plant_loop import PlantLoop
 
 FOLDED = 8
 

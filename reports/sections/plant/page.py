@@ -4,20 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.reports.page.assembly import ReportFiles, report_files
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.reports.figures.plant.captioned import (
+    captioned_jumps_figure,
+    captioned_motion_figures,
+    captioned_picture,
+    captioned_weights_figure,
+)
+from takagi.reports.loops.plant_local import local_loops, regulator, regulator_loop
+from takagi.reports.loops.plant_loop import plant_loop
+from takagi.reports.loops.plant_motion import motions, starts
+from takagi.reports.page.assembly import (
+    ReportFiles,
+    check_section,
+    provenance_section,
+    report_files,
+)
 from takagi.reports.page.text import CaptionedFigure, Section, at_least
+from takagi.reports.sections.plant.claims import certificate_section, set_section
+from takagi.reports.sections.plant.gains import (
+    blend_section,
+    derivation_section,
+    gains_section,
+    plant_section,
+)
+from takagi.reports.sections.plant.loops import loops_section, motion_section
 from takagi.reports.sections.plant.summary import (
     ALL_OF_RANGE,
     SummaryRow,
     answer_sentence,
     summary_rows,
 )
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
+from takagi.reports.simulation.plant import jump_motions
 
 Tell = Callable[[str], None]
 
@@ -50,26 +70,6 @@ def plant_report_files(design: PlantDesign, *, tell: Tell | None = None) -> Repo
 
 
 def _sections(design: PlantDesign, say: Tell) -> tuple[list[Section], dict[str, str]]:
-    from takagi.reports.figures.plant.captioned import (
-        captioned_jumps_figure,
-        captioned_motion_figures,
-        captioned_picture,
-        captioned_weights_figure,
-    )
-    from takagi.reports.loops.plant_local import local_loops, regulator, regulator_loop
-    from takagi.reports.loops.plant_loop import plant_loop
-    from takagi.reports.loops.plant_motion import motions, starts
-    from takagi.reports.page.assembly import check_section, provenance_section
-    from takagi.reports.sections.plant.claims import certificate_section, set_section
-    from takagi.reports.sections.plant.gains import (
-        blend_section,
-        derivation_section,
-        gains_section,
-        plant_section,
-    )
-    from takagi.reports.sections.plant.loops import loops_section, motion_section
-    from takagi.reports.simulation.plant import jump_motions
-
     loop = plant_loop(design)
     say("report: margins")
     loops = local_loops(loop)

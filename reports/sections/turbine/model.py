@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.design.turbine.result import ClaimSummary
+from takagi.certificates.design.turbine.result import ClaimSummary, TurbineDesign
+from takagi.lmi.turbine.regional import RegionGains
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.laws.published.regional_schedule import CouplingFilter, coupling_filter
 from takagi.models.ramps import effort_ramp, effort_ramp_slope
+from takagi.models.ts.model import TSModel
 from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
 from takagi.reports.figures.operation import (
     cells_figure,
@@ -39,15 +42,11 @@ from takagi.reports.page.text import (
     upper_bound,
     with_decimals,
 )
+from takagi.reports.simulation.measured_loop import DesignRun
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.lmi.turbine.regional import RegionGains
-    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-    from takagi.models.ts.model import TSModel
-    from takagi.reports.simulation.measured_loop import DesignRun
 
 RPM, DEGREES = 30 / np.pi, 180 / np.pi
 GRID = (90, 90)

@@ -3,24 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.design.turbine.result import claim_summary
+from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
 from takagi.models.laws.protocol import law_words
 from takagi.reports.figures.operation import OverlapRow, overlaps_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 from takagi.reports.loops.plant_claims import OverlapClaim, overlap_claims, wind_words
-from takagi.reports.page.assembly import ReportFiles, report_files
+from takagi.reports.page.assembly import (
+    ReportFiles,
+    check_section,
+    provenance_section,
+    report_files,
+)
 from takagi.reports.page.text import CaptionedFigure, Section
 from takagi.reports.sections.plant.summary import SummaryRow
-from takagi.reports.sections.turbine.model import gust_figure
+from takagi.reports.sections.turbine.model import (
+    blending_section,
+    cells_section,
+    gains_section,
+    gust_figure,
+    model_section,
+    observer_section,
+    regions_section,
+)
+from takagi.reports.sections.turbine.running import responses_section, running_section
 from takagi.reports.sections.turbine.summary import summary_rows, summary_sentence
 from takagi.reports.simulation.measured_loop import in_wind_class, measured_loop
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
 
 # Name of a tile -> the rows that it shows, each with so many of its parts.
 TILES = {
@@ -192,18 +203,6 @@ def report_html(design: TurbineDesign, *, tell: Tell | None = None) -> ReportFil
 
 
 def _makers(design: TurbineDesign) -> dict[str, Callable[[], Section]]:
-    from takagi.certificates.design.turbine.result import claim_summary
-    from takagi.reports.page.assembly import check_section, provenance_section
-    from takagi.reports.sections.turbine.model import (
-        blending_section,
-        cells_section,
-        gains_section,
-        model_section,
-        observer_section,
-        regions_section,
-    )
-    from takagi.reports.sections.turbine.running import responses_section, running_section
-
     summary = claim_summary(design)
     # The law's own models and gains alone: regions and their filter belong to Schulte's law.
     of_law = {

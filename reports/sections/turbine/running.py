@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.arrays import Floats
 from takagi.models.laws.protocol import law_words
 from takagi.models.simulation.turbine_plant import validation_plant
@@ -46,7 +47,6 @@ from takagi.reports.simulation.measured_loop import TURBULENT_DURATION, DesignRu
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from takagi.certificates.design.turbine.result import TurbineDesign
 
 LOOPS = ("torque", "pitch")
 BODE_LINES = 6
