@@ -73,11 +73,12 @@ def given_observer() -> Iterator[None]:
     """Let the laws of a study have an observer whose gains nobody had to seek."""
     from takagi.models.turbine.loader import load_turbine
     from takagi.models.turbine.wind_observer import WindObserver
+    from takagi.reports.simulation import laws
     from takagi.reports.study import overlap
 
     with pytest.MonkeyPatch.context() as patch:
         observer = WindObserver(load_turbine("nrel5mw"), 1.8, 49.0)
-        patch.setattr(overlap, "studied_observer", lambda *_: observer)
+        patch.setattr(laws, "studied_observer", lambda *_: observer)
         yield
     overlap.studied_law.cache_clear()
 
