@@ -106,7 +106,7 @@ def test_premises_of_one_name_have_no_program() -> None:
 
 
 PREMISES = [{"name": "z", "expression": "g*sin(x)/x", "lower": 0.42, "upper": 0.5, "unit": "-"}]
-SQUARE = {
+SQUARE: dict[str, Any] = {
     "kind": "plant",
     "name": "pendulum",
     "sample_time": None,
