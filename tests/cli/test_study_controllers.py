@@ -153,8 +153,7 @@ def test_a_file_for_another_machine_is_refused(tmp_path: Path, capsys: Capture) 
         filed_tuning(tmp_path / "absent")
 
 
-OVERLAP = ("--over", "speed-overlap=0,0.5", "--over", "wind=9,12", "--duration", "10")
-OVERLAP += ("--seeds", "1")
+OVERLAP = "--over speed-overlap=0,0.5 --over wind=9,12 --duration 10 --seeds 1".split()
 
 
 @pytest.fixture(scope="module")
