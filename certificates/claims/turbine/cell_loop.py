@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from math import ceil, floor
 from typing import Any
 
@@ -71,7 +72,6 @@ class CellLoop:
 
     def __init__(self, subject: Subject, k: int, residual: Fraction | None = None) -> None:
         self._subject, self._k, self._residual = subject, k, residual
-        self._at_rest: LoopCell | None = None
         resting = self._moving(NIL)
         self.wind = Interval(*resting.winds)
         self.gamma = Interval(*resting.over(subject.law.gamma))
@@ -88,9 +88,6 @@ class CellLoop:
         speed = exact(rate)
         if speed < 0:
             raise ModelError(f"wind rate {float(speed):g} m/s^2 was given; it must not be negative")
-        # Most of the enclosure does not depend on the rate; it is computed once.
-        if self._at_rest is None:
-            self._at_rest = self._resting()
         disturbance = _bound(self._moving(speed).lag_disturbance())
         return replace(self._at_rest, wind_rate=speed, lag_disturbance=disturbance)
 
@@ -102,7 +99,9 @@ class CellLoop:
     def _moving(self, rate: Fraction) -> Loop:
         return Loop(self._subject, self._k, rate)
 
-    def _resting(self) -> LoopCell:
+    # Most of the enclosure does not depend on the rate; it is computed once.
+    @cached_property
+    def _at_rest(self) -> LoopCell:
         loop, law = self._within_limits(), self._subject.law
         try:
             members: dict[str, Any] = {}

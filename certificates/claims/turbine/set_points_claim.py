@@ -100,15 +100,14 @@ class _Search:
             shares = [float(high - low) for low, high in box] / np.array(self.widths)
             side = int(shares.argmax())
             undivided = shares[side] < LEAST_WIDTH or len(waiting) + count + 2 > MOST_BESIDE
-            if cell is not None and (undivided or cell["decay_rate"] >= ENOUGH):
+            if not undivided and (cell is None or cell["decay_rate"] < ENOUGH):
+                low, high = box[side]
+                middle = exact(round(float(low + high) / 2, DIGITS))
+                for half in ((low, middle), (middle, high)):
+                    waiting.append((*box[:side], half, *box[side + 1 :]))  # type: ignore[arg-type]
+            elif cell is not None:
                 count += 1
                 yield cell
-            if undivided or cell is not None and cell["decay_rate"] >= ENOUGH:
-                continue
-            low, high = box[side]
-            middle = exact(round(float(low + high) / 2, DIGITS))
-            for half in ((low, middle), (middle, high)):
-                waiting.append((*box[:side], half, *box[side + 1 :]))  # type: ignore[arg-type]
 
     def _cell(self, box: Box) -> dict[str, Any] | None:
         try:
