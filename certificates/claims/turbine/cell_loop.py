@@ -27,11 +27,8 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Box, Law, 
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 from takagi.certificates.checker.turbine.effort_sharing.wind_cell import NIL
 from takagi.certificates.checker.turbine.rotor import Plant
-from takagi.certificates.document.certificate_file import (
-    as_read,
-    effort_sharing_law_data,
-    turbine_data,
-)
+from takagi.certificates.document.certificate_file import effort_sharing_law_data, turbine_data
+from takagi.certificates.document.model_data import as_read
 from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, largest_scale
 from takagi.models.arrays import Floats

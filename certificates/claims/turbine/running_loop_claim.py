@@ -24,7 +24,6 @@ becomes very small.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
@@ -36,7 +35,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from takagi.certificates.checker.kernel.obligation import first_failure
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.rotor import Plant
@@ -57,6 +55,7 @@ from takagi.certificates.checker.turbine.running_loop.running_claim import (
 )
 from takagi.certificates.checker.turbine.turbine_claim import refusal_fails
 from takagi.certificates.claims.turbine.published import merged
+from takagi.certificates.document.model_data import as_read
 from takagi.lmi.cone.cone_program import Cone, ConeProgram, pack
 from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats
@@ -339,7 +338,7 @@ def loop_subject(
     model: Mapping[str, Any], gains: Mapping[str, Any], claim: Mapping[str, Any]
 ) -> Subject:
     """Return turbine, law and machine as the checker reads them; ``claim`` needs no cells."""
-    data = read_text(json.dumps({"model": model, "gains": gains, "claim": claim}), "candidate")
+    data = as_read({"model": model, "gains": gains, "claim": claim})
     machine = Machine.read(data["claim"], data["model"], data["gains"], "claim")
     plant, law = Plant.read(data["model"]), Law.read(data["gains"])
     return Subject(plant, law, machine, Fraction(str(claim["decay_rate"])))

@@ -8,7 +8,6 @@ proved here.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from itertools import product
@@ -17,12 +16,11 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, SetpointRange
 from takagi.certificates.checker.turbine.effort_sharing.set_points import NAME, Box, Cell, CellLoop
 from takagi.certificates.checker.turbine.rotor import Plant, Span
-from takagi.certificates.document.model_data import floats
+from takagi.certificates.document.model_data import as_read, floats
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -73,7 +71,7 @@ class _Search:
         model: Mapping[str, Any],
         gains: Mapping[str, Any],
     ) -> None:
-        data = read_text(json.dumps({"model": model, "gains": gains}), "candidate")
+        data = as_read({"model": model, "gains": gains})
         self.turbine, self.schedule = turbine, law.schedule
         self.plant, self.law = Plant.read(data["model"]), Law.read(data["gains"])
         if self.law.setpoints is None:
