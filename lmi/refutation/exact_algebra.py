@@ -34,6 +34,7 @@ import numpy as np
 from takagi.lmi.condition.evaluate import exact_matrices, fractions
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown, triangle
+from takagi.lmi.cone.cone_program import joined
 from takagi.models.arrays import Floats, Indices
 
 
@@ -195,15 +196,7 @@ def _term_entries(term: Term, lmi: LMI, start: int, offset: int) -> _Entries:
         M, E = _spread_integers(term.right, right.shape)
         s, m, q = np.nonzero(M)
         # The product L X R has a term for each pair of an entry of L and an entry of R.
-        per = np.bincount(s, minlength=len(M))
-        repeats = per[t]
-        left_index = np.repeat(np.arange(len(t)), repeats)
-        first = np.cumsum(per) - per
-        right_index = (
-            first[t[left_index]]
-            + np.arange(len(left_index))
-            - np.repeat(np.cumsum(repeats) - repeats, repeats)
-        )
+        left_index, right_index = joined(t, s, len(M))
         i, b, entry = t[left_index], q[right_index], index[k[left_index], m[right_index]]
         value = N[t, a, k][left_index] * M[s, m, q][right_index]
         a, D = a[left_index], D * E
