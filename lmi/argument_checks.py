@@ -82,7 +82,7 @@ def input_stack(model: object, A: Array, letter: str = "B") -> Array:
     if B.shape[2] == 0:
         raise ModelError(f"the model has no {signals}; {letter} needs at least one")
     _finite(letter, B)
-    _check_independent(B.astype(np.float64), letter)
+    check_independent(B.astype(np.float64), letter)
     return B
 
 
@@ -264,13 +264,17 @@ def _equal_sizes(B: Array) -> Array:
     return np.asarray(scaled.reshape(-1, B.shape[2]))
 
 
-def _check_independent(B: Array, letter: str) -> None:
-    signal, column = ("input", "column") if letter == "B" else ("output", "row")
+def check_independent(B: Array, name: str) -> None:
+    """Raise ModelError for an input, or output of C', without an effect of its own.
+
+    ``B`` : (r, ., m), C' for ``name`` "C".
+    """
+    signal, column = ("output", "row") if name == "C" else ("input", "column")
     stacked = B.reshape(-1, B.shape[2])
     size = np.abs(stacked).max(axis=0)
     for k in np.flatnonzero(size == 0):
         raise ModelError(
-            f"{signal} {k + 1} of {B.shape[2]}: its {column} of {letter} is zero in every vertex, "
+            f"{signal} {k + 1} of {B.shape[2]}: its {column} of {name} is zero in every vertex, "
             f"so it does nothing; leave it out"
         )
     if B.shape[2] == 1:
@@ -279,7 +283,7 @@ def _check_independent(B: Array, letter: str) -> None:
     singular = np.linalg.svd(_equal_sizes(B), compute_uv=False)
     if len(singular) < B.shape[2] or singular[-1] <= 1e-12 * singular[0]:
         raise ModelError(
-            f"{letter} has rank {int((singular > 1e-12 * singular[0]).sum())} over all vertices, "
+            f"{name}: rank {int((singular > 1e-12 * singular[0]).sum())} over all vertices, "
             f"but {B.shape[2]} {signal}s: one is a combination of the others; merge them"
         )
 
