@@ -72,11 +72,6 @@ class DecayRequest:
     s: Floats
     tau: Floats
 
-    @property
-    def gain_numbers(self) -> int:
-        """Return how many numbers one gain for each rule has, r m n."""
-        return self.B.size
-
     def condition(self, decay_rate: float, relaxation: str | Relaxation) -> Condition:
         """Return the LMIs at this decay rate, in the scaled coordinates."""
         return pdc_condition(
@@ -86,11 +81,6 @@ class DecayRequest:
             limits=self.limits.scaled(self.s, self.tau),
             region=self.region,
         )
-
-    def double_sums(self, relaxation: str) -> tuple[DoubleSum, ...]:
-        """Return what a relaxation is posed of, to know its size before it is."""
-        step = self.sample_time
-        return double_sums(self, self.decay_rate, relaxation, self.region, step)[2]
 
     def in_units_of(self, Q: Floats) -> DecayRequest:
         """Return the task in states where Q, found in the present ones, has a diagonal near 1.

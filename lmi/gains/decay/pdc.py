@@ -7,6 +7,7 @@ from dataclasses import replace
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design
+from takagi.lmi.argument_checks import number
 from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.gains.decay.condition import Controlled, DecayRequest, decay_request
 from takagi.lmi.gains.decay.design import design_at
@@ -14,7 +15,6 @@ from takagi.lmi.gains.decay.relaxation_search import (
     Goal,
     RelaxationSearch,
     design_at_largest,
-    goal_of,
     search_relaxations,
 )
 from takagi.lmi.gains.requirements.limits import GivenLimits
@@ -80,7 +80,8 @@ def pdc(
     """
     if relaxation != "auto":
         relaxation_named(relaxation)
-    goal = goal_of(decay_rate)
+    largest = isinstance(decay_rate, str) and decay_rate == "max"
+    goal: Goal = "max" if largest else float(number("decay_rate", decay_rate))
     limits = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
@@ -91,23 +92,17 @@ def pdc(
         region=region,
     )
     task = decay_request(model, limits, decay_rate=0.0 if goal == "max" else goal)
-    if goal == "max":
-        require_bounded_gains(task)
-    if relaxation == "auto":
-        return _first_gains(task, goal)
-    if goal == "max":
-        return design_at_largest(task, relaxation)[0]
-    return design_at(task, goal, relaxation)
-
-
-def require_bounded_gains(task: DecayRequest) -> None:
-    """Raise ModelError where the largest decay rate may not exist."""
-    limits = task.limits
-    if limits.gain is None and (limits.inputs is None or limits.initial is None):
+    unbounded = task.limits.inputs is None or task.limits.initial is None
+    if goal == "max" and task.limits.gain is None and unbounded:
         raise ModelError(
             'decay_rate is "max", but nothing bounds the gains, so there may be no largest decay '
             "rate; give gain_bound, or input_limit with initial_box"
         )
+    if relaxation == "auto":
+        return _first_gains(task, goal)
+    if goal == "max":
+        return design_at_largest(task, relaxation)
+    return design_at(task, goal, relaxation)
 
 
 def _first_gains(task: DecayRequest, goal: Goal) -> Design:

@@ -9,11 +9,11 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from takagi.lmi.answer import Design, RelaxationResult, RelaxationStatus
-from takagi.lmi.argument_checks import corners_of, number, rate_parameter
+from takagi.lmi.argument_checks import corners_of, rate_parameter
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.cone.cone_program import assemble
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.gains.decay.condition import DecayRequest, size_of_motion
+from takagi.lmi.gains.decay.condition import DecayRequest, double_sums, size_of_motion
 from takagi.lmi.gains.decay.design import (
     ANY,
     EFFORTS,
@@ -49,9 +49,12 @@ SPREAD = 16.0
 FEW_SOLVERS = 4
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Largest:
-    """The best unknowns found, with the rates between which the largest one lies.
+    """The bracket of the largest decay rate, from ``start`` in 1/s upwards.
+
+    A candidate shows a rate above the one it was asked for (``rate_of``), so the lower end
+    rises by more than the bracket is halved; the cone data are assembled once for each choice of
+    units, and only the number of the rate is changed in them.
 
     Attributes
     ----------
@@ -61,88 +64,64 @@ class Largest:
         rate that no solver settled ends the search, but is none.
     """
 
-    limited: LimitedOutcome
-    low: float
-    high: float
-
-
-def largest(task: DecayRequest, relaxation: str | Relaxation, *, start: float = 0.0) -> Largest:
-    """Return the bracket of the largest decay rate, from ``start`` in 1/s upwards.
-
-    A candidate shows a rate above the one it was asked for (``rate_of``), so the lower end
-    rises by more than the bracket is halved; the cone data are assembled once for each choice of
-    units, and only the number of the rate is changed in them.
-    """
-    first = decided(task, start, relaxation)
-    if first.outcome.status != "candidate":
-        settled = first.outcome.status == "infeasible"
-        return Largest(first, -np.inf, start if settled else np.inf)
-    search = _Search(first, relaxation)
-    search.run(start)
-    return Largest(search.best, search.low, search.none)
-
-
-def design_at_largest(
-    task: DecayRequest, relaxation: str, *, start: float = 0.0
-) -> tuple[Design, Largest]:
-    """Return gains for 1e-4 less than the largest decay rate, and the bracket."""
-    bracket = largest(task, relaxation, start=start)
-    if not np.isfinite(bracket.low):
-        return design_at(task, start, relaxation), bracket
-    alpha = bracket.low - BACK * abs(bracket.low)
-    design = design_at(bracket.limited.task, alpha, relaxation)
-    if not design.found:
-        design = design_of(bracket.limited, bracket.low, relaxation)
-    answer = replace(design.answer, bound=bracket.high)
-    return replace(design, answer=answer), bracket
-
-
-class _Search:
-    """The bracket so far, with the cone data that the next rate is put into."""
-
-    def __init__(self, first: LimitedOutcome, relaxation: str | Relaxation) -> None:
-        self.best, self.most = first, _most(first.task)
-        self.low, self.high, self.none = min(rate_of(first), self.most), np.inf, np.inf
+    def __init__(
+        self, task: DecayRequest, relaxation: str | Relaxation, *, start: float = 0.0
+    ) -> None:
+        self.limited = decided(task, start, relaxation)
+        self.low, self.high, self._end = -np.inf, np.inf, np.inf
         self._relaxation, self._session = relaxation, Session()
-        self._effort = {"nu": EFFORTS[-1]}
+        step, status = task.sample_time, self.limited.outcome.status
+        self._most = np.inf if step is None else float(-np.log(LEAST_CONTRACTION) / (2.0 * step))
+        if status == "infeasible":
+            self.high = start
+        elif status == "candidate":
+            self.low = min(rate_of(self.limited), self._most)
+            self._run(start)
 
-    def run(self, start: float) -> None:
+    def _run(self, start: float) -> None:
         """Rise in growing steps until there are no gains, then halve."""
-        unit = _unit_of_rate(self.best.task)
+        task = self.limited.task
+        # The natural size of a decay rate of these vertices in 1/s.
+        unit = size_of_motion(task.A, task.decay_rate, task.sample_time) / 2
+        unit /= task.sample_time or 1.0
         # A start other than zero is a good guess.
         step = max(self.low - start, (0.1 if start == 0 else 1e-3) * unit)
         for _ in range(STEPS):
             # Near a rate of zero a relative width would never be reached.
             width = TOLERANCE * max(abs(self.low), 1e-3 * unit)
-            if self.low >= self.most or self.high - self.low <= width:
+            if self.low >= self._most or self._end - self.low <= width:
                 return
-            rising = not np.isfinite(self.high)
-            self._look(min(self.most, self.low + step) if rising else (self.low + self.high) / 2)
+            rising = not np.isfinite(self._end)
+            self._look(min(self._most, self.low + step) if rising else (self.low + self._end) / 2)
             step *= 2.0
 
     def _look(self, rate: float) -> None:
         here = self._in_fit_units(rate)
         outcome = decide(
-            here.condition, rows=self._effort, session=self._session, assembled=here.data, most=1
+            here.condition,
+            rows={"nu": EFFORTS[-1]},
+            session=self._session,
+            assembled=here.data,
+            most=1,
         )
         limited = replace(here, outcome=outcome)
         if outcome.status == "unknown" or stopped_by_limit(limited):
             # One solver in one choice of units did not settle it: ask more of both.
             limited = decided(here.task, rate, self._relaxation, most=FEW_SOLVERS)
         if limited.outcome.status != "candidate":
-            self.high = rate
+            self._end = rate
             if limited.outcome.status == "infeasible":
-                self.none = rate
+                self.high = rate
             return
-        self.best = limited
-        self.low = max(rate, min(rate_of(self.best), self.most))
-        if self.low >= self.none:
+        self.limited = limited
+        self.low = max(rate, min(rate_of(self.limited), self._most))
+        if self.low >= self.high:
             # Within the solver's tolerances of the end; what was checked by eigenvalues counts.
-            self.none = np.inf
+            self.high = np.inf
 
     def _in_fit_units(self, rate: float) -> LimitedOutcome:
-        """Return the best with another rate in its data; posed anew where its Q is lopsided."""
-        best = self.best
+        """Return the candidate with another rate; posed anew where its Q is lopsided."""
+        best = self.limited
         diagonal = np.diag(best.outcome.values["Q"][0])
         if diagonal.max() > SPREAD**2 * diagonal.min():
             task = best.task.in_units_of(best.outcome.values["Q"][0])
@@ -154,16 +133,16 @@ class _Search:
         return replace(best, condition=condition, data=data, effort=EFFORTS[-1])
 
 
-def _unit_of_rate(task: DecayRequest) -> float:
-    """Return the natural size of a decay rate of these vertices in 1/s."""
-    size = size_of_motion(task.A, task.decay_rate, task.sample_time) / 2
-    return size if task.sample_time is None else size / task.sample_time
-
-
-def _most(task: DecayRequest) -> float:
-    if task.sample_time is None:
-        return np.inf
-    return float(-np.log(LEAST_CONTRACTION) / (2.0 * task.sample_time))
+def design_at_largest(task: DecayRequest, relaxation: str, *, start: float = 0.0) -> Design:
+    """Return gains for 1e-4 less than the largest decay rate; the answer's bound is above it."""
+    bracket = Largest(task, relaxation, start=start)
+    if not np.isfinite(bracket.low):
+        return design_at(task, start, relaxation)
+    alpha = bracket.low - BACK * abs(bracket.low)
+    design = design_at(bracket.limited.task, alpha, relaxation)
+    if not design.found:
+        design = design_of(bracket.limited, bracket.low, relaxation)
+    return replace(design, answer=replace(design.answer, bound=bracket.high))
 
 
 # A decay rate in 1/s, or the largest there is.
@@ -200,18 +179,6 @@ class RelaxationSearch:
         """Return the design of the largest rate; of equal ones the first, which is the cheapest."""
         designs = [design for design in self.designs if design.found]
         return max(designs, key=lambda design: design.decay_rate, default=None)
-
-
-def goal_of(decay_rate: object) -> Goal:
-    """Return a decay rate in 1/s, or "max".
-
-    Raises
-    ------
-    ModelError : neither.
-    """
-    if isinstance(decay_rate, str) and decay_rate == "max":
-        return "max"
-    return float(number("decay_rate", decay_rate))
 
 
 def default_relaxations(task: DecayRequest) -> tuple[str, ...]:
@@ -271,7 +238,7 @@ def _try(search: RelaxationSearch, task: DecayRequest, goal: Goal, name: str) ->
     served = [d for d in search.designs if d.found and contains(name, d.relaxation)]
     if goal == "max":
         start = max((design.decay_rate for design in served), default=0.0)
-        design, _ = design_at_largest(task, name, start=start)
+        design = design_at_largest(task, name, start=start)
         rate = design.decay_rate
     else:
         design = design_at(task, goal, name)
@@ -297,7 +264,7 @@ def _look_outside(search: RelaxationSearch, task: DecayRequest, goal: Goal) -> N
     subdivision = _parts(task)
     pose = at_points(subdivision)
     if goal == "max":
-        bracket = largest(task, pose, start=0.0 if search.best is None else search.best.decay_rate)
+        bracket = Largest(task, pose, start=0.0 if search.best is None else search.best.decay_rate)
         limited, search.largest_rate = bracket.limited, bracket.high
     else:
         limited = decided(task, goal, pose)
@@ -308,7 +275,7 @@ def _look_outside(search: RelaxationSearch, task: DecayRequest, goal: Goal) -> N
         relaxation=ANY,
         status="infeasible" if settled_no else "bound",
         lmis=count,
-        variables=task.gain_numbers,
+        variables=task.B.size,
         width=max(lmi.size for lmi in blends),
         seconds=time.perf_counter() - started,
         margin=limited.outcome.margin,
@@ -334,7 +301,7 @@ def _result(
     task: DecayRequest, name: str, status: RelaxationStatus, note: str = ""
 ) -> RelaxationResult:
     size = _size(task, name)
-    gains = task.gain_numbers // (len(task.A) if name == "common-gain" else 1)
+    gains = task.B.size // (len(task.A) if name == "common-gain" else 1)
     return RelaxationResult(
         relaxation=name,
         status=status,
@@ -347,7 +314,8 @@ def _result(
 
 def _size(task: DecayRequest, name: str) -> RelaxationSize:
     """Return the size of all double sums together."""
-    sizes = [size_of(name, loop) for loop in task.double_sums(name)]
+    loops = double_sums(task, task.decay_rate, name, task.region, task.sample_time)[2]
+    sizes = [size_of(name, loop) for loop in loops]
     cones = tuple(cone for size in sizes for cone in size.cones)
     return RelaxationSize(cones, sum(size.slack_variables for size in sizes))
 

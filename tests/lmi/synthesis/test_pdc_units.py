@@ -179,10 +179,10 @@ def test_a_rate_that_no_solver_settled_is_not_a_bound(monkeypatch: pytest.Monkey
         return replace(found, outcome=unknown)
 
     task = decay_request(pendulum(), GivenLimits(gain_bound=30.0), decay_rate=0.0)
-    true = relaxation_search.largest(task, "wang-tanaka-griffin")
+    true = relaxation_search.Largest(task, "wang-tanaka-griffin")
     monkeypatch.setattr(relaxation_search, "decide", gives_up)
     monkeypatch.setattr(relaxation_search, "decided", never)
-    found = relaxation_search.largest(task, "wang-tanaka-griffin")
+    found = relaxation_search.Largest(task, "wang-tanaka-griffin")
 
     assert found.low < true.low <= true.high < np.inf
     assert found.high == np.inf
