@@ -10,6 +10,7 @@ Gantmacher (1959), The Theory of Matrices, volume 2, chapter XV (Routh).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from numbers import Integral, Real
 from typing import Any, Protocol, TypeAlias, runtime_checkable
@@ -292,8 +293,8 @@ def check_stabilisable(
     A: Array,
     B: Array,
     *,
-    units: Array,
-    names: tuple[str, ...] = (),
+    units: Array | float = 1.0,
+    names: Sequence[str] = (),
     dual: bool = False,
     step: float | None = None,
 ) -> None:
@@ -303,12 +304,17 @@ def check_stabilisable(
 
     Parameters
     ----------
-    A, B : in states and inputs of order one, x = units xhat, so that rounding means something.
+    A, B : in states x = units xhat; they are balanced here, so that rounding means something.
     names : of the states; x1, x2, ... when empty.
     dual : write the message about outputs and observation instead.
     step : sample time T in s of a discrete-time model; None for continuous time.
     """
-    mode = fixed_mode(A, B, 0.0, step=step)
+    from takagi.lmi.cone.balance import state_units
+
+    A, B = A.astype(np.float64), B.astype(np.float64)
+    s = state_units(A, None, step=step)
+    A, B, units = A * s / s[:, None], B / s[:, None], units * s
+    mode = fixed_mode(A, B / np.maximum(np.abs(B).max(axis=(0, 1)), 1e-300), 0.0, step=step)
     if mode is None:
         return
     vertex, eigenvalue, direction = mode

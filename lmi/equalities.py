@@ -105,7 +105,8 @@ def parametrised(condition: Condition) -> Parametrised | None:
     that no unknowns satisfy the equalities, for the numbers as they are stored.  Where decimals are
     meant, give them as strings or Fractions.
     """
-    bound = _bound(condition)
+    spoken = {term.unknown for equality in condition.equalities for term in equality.terms}
+    bound = tuple(unknown for unknown in condition.unknowns if unknown in spoken)
     base, directions, free_entries = _solutions(condition, bound)
     if base is None:
         return None
@@ -147,11 +148,6 @@ def parametrised(condition: Condition) -> Parametrised | None:
         directions=directions,
         offset=Fraction(_cost(costs, _split(bound, base))),
     )
-
-
-def _bound(condition: Condition) -> tuple[Unknown, ...]:
-    spoken = {term.unknown for equality in condition.equalities for term in equality.terms}
-    return tuple(unknown for unknown in condition.unknowns if unknown in spoken)
 
 
 def _solutions(

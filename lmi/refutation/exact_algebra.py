@@ -304,8 +304,9 @@ def function_that_decays(read: Adjoint) -> Mapping[str, Array] | None:
     for block in read.blocks[:MOST_ITEMS]:
         if not _crosses(condition, condition.lmis[block.lmi], block.item):
             continue
-        lyapunov = _rounded(_solved(read, block, P))
-        values = {P.name: lyapunov[None]}
+        lyapunov = _solved(read, block, P)
+        unit = 2.0 ** (np.ceil(np.log2(np.abs(lyapunov).max() or 1.0)) - DIGITS)
+        values = {P.name: fractions(np.round(lyapunov / unit) * unit)[None]}
         if not fault_of_function(condition, values):
             return values
     return None
@@ -379,12 +380,3 @@ def _solved(read: Adjoint, block: Block, P: Unknown) -> Floats:
     target = (low == high).astype(np.float64)
     numbers = np.linalg.lstsq(matrix, target, rcond=1e-13)[0]
     return np.asarray(P.value(numbers)[0])
-
-
-def _rounded(P: Floats) -> Array:
-    largest = float(np.abs(P).max())
-    unit = Fraction(2) ** (int(np.ceil(np.log2(largest))) - DIGITS) if largest > 0 else Fraction(1)
-    rounded = np.empty(P.shape, dtype=object)
-    for index, entry in np.ndenumerate(P):
-        rounded[index] = round(Fraction(float(entry)) / unit) * unit
-    return rounded

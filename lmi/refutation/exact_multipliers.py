@@ -142,19 +142,14 @@ def restricted_to_face(read: Adjoint, bases: list[Array]) -> Face:
     factor: list[Array] = []
     for block, U, start in zip(read.blocks, bases, starts, strict=True):
         outer, inner, value = _congruence(U)
-        z_entry.append(_flat_index(block.index)[outer])
+        high, low = np.tril_indices(block.size)
+        z_entry.append(block.index[low, high][outer])
         s_entry.append(start + inner)
         factor.append(value)
     row, column, entry = _product(
         read, np.concatenate(z_entry), np.concatenate(s_entry), np.concatenate(factor), total
     )
     return Face(read, tuple(bases), tuple(starts), row, column, entry)
-
-
-def _flat_index(index: Indices) -> Indices:
-    """Return the entries of z in the order of an upper triangle, column by column."""
-    high, low = np.tril_indices(len(index))
-    return np.asarray(index[low, high])
 
 
 def _congruence(U: Array) -> tuple[Indices, Indices, Array]:

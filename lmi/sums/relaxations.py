@@ -138,7 +138,9 @@ def check_size(name: str, loop: DoubleSum) -> None:
     if entries <= MOST_ENTRIES:
         return
     smaller = []
-    for alternative in _applicable(loop):
+    for alternative in CHEAP:
+        if alternative == "product" and loop.corners is None:
+            continue
         less = size_of(alternative, loop)
         if less.entries(_unknown(loop, less)) <= min(entries, MOST_ENTRIES) and alternative != name:
             smaller.append(f"{alternative!r} ({less.lmis} LMIs, width {less.width})")
@@ -164,10 +166,6 @@ def _members(piece: Piece, rules: float) -> float:
     if piece.members is None:
         return 1.0
     return rules if piece.members.ndim == 2 and 1 in piece.members.shape else rules**2
-
-
-def _applicable(loop: DoubleSum) -> tuple[str, ...]:
-    return tuple(name for name in CHEAP if name != "product" or loop.corners is not None)
 
 
 def _products(loop: DoubleSum, degree: int) -> tuple[int, float]:

@@ -97,7 +97,8 @@ def multipliers(
     squares = []
     below = _terms(V.power(0) + V.times(-1))
     for left, least in _lines(field, limited, V):
-        z, y = _degrees(left.degree, V.degree)
+        y = max(1, -(-(left.degree - V.degree) // 2)) + (V.degree > 2)
+        z = V.degree // 2 + y
         entries = _entries(monomials(V.n, range(least, y + 1)))
         parts = [_times(p, below, -1.0) for p in entries]
         pencil = _Pencil(len(parts))
@@ -232,12 +233,6 @@ def _lines(
     yield V.along(field).times(-1), 1
     for quantity in limited:
         yield quantity.room, 0
-
-
-def _degrees(left: int, V: int) -> tuple[int, int]:
-    """Return the degrees of z and y for a left side and a V of these degrees."""
-    y = max(1, -(-(left - V) // 2)) + (V > 2)
-    return V // 2 + y, y
 
 
 class _Pencil:

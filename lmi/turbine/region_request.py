@@ -232,7 +232,9 @@ def region_request(
             f"{', '.join(model.states)}, the model is exact up to {box}; ask for smaller errors or "
             "make the model with wider bands"
         )
-    points = [trim(turbine, v, speed_setpoint=speed_setpoint) for v in _winds(model)]
+    low, high = (float(end) for end in model.box[WIND_ESTIMATE])
+    winds = np.linspace(low, high, WIND_SAMPLES).tolist()
+    points = [trim(turbine, v, speed_setpoint=speed_setpoint) for v in winds]
     bounds = (_pitch_bounds if with_pitch else _torque_bounds)(turbine, points)
     # The integral of an error that decays at the required rate has this size.
     ranges = np.where(np.isfinite(box), box, box[0] / requirement.decay_rate)
@@ -259,11 +261,6 @@ def _corners(requirement: Requirement, states: int) -> Floats:
     if states == 2:
         return np.array([[e, 0.0]])
     return np.array([[first, second, 0.0] for first, second in product((e,), (p, -p))])
-
-
-def _winds(model: TSModel) -> tuple[float, ...]:
-    low, high = (float(end) for end in model.box[WIND_ESTIMATE])
-    return tuple(float(v) for v in np.linspace(low, high, WIND_SAMPLES))
 
 
 def _torque_bounds(turbine: Turbine, points: list[TrimPoint]) -> tuple[ActuatorBound, ...]:

@@ -305,7 +305,7 @@ def synthesis_words(design: TurbineDesign) -> str:
 
 def objective_name(design: TurbineDesign) -> str:
     """Return the name of what one step of synthesis made better, or "weights of its own"."""
-    from takagi.lmi.turbine.one_step.design_point import OBJECTIVES
+    from takagi.lmi.turbine.one_step.design import OBJECTIVES
 
     aim = design.settings.objective
     return next(

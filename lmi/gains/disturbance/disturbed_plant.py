@@ -27,7 +27,6 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.argument_checks import (
     check_independent,
-    check_stabilisable,
     corners_of,
     decay_parameter,
     sample_time_of,
@@ -37,7 +36,7 @@ from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.statements import pose, positive_definite
 from takagi.lmi.condition.term import LMI, Array, Condition
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.cone.balance import motion, nearest_power, state_units
+from takagi.lmi.cone.balance import motion, nearest_power
 from takagi.lmi.expressions.expression import Expression, Parameter, matrix
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, region_sums
 from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
@@ -297,15 +296,6 @@ def plant_of(
         premises=tuple(getattr(model, "premises", ())),
         rules=tuple(getattr(model, "rules", ())),
     )
-
-
-def check_reachable(plant: DisturbedPlant, names: Sequence[str] = ()) -> None:
-    """Raise ModelError for a vertex with an undamped mode that no input moves."""
-    step = plant.sample_time
-    s = state_units(plant.A, None, step=step)
-    A, B = plant.A * s / s[:, None], plant.B / s[:, None]
-    B = B / np.maximum(np.linalg.norm(B, axis=(0, 1)), 1e-300)
-    check_stabilisable(A, B, units=s, names=tuple(names), step=step)
 
 
 def _outputs(

@@ -257,10 +257,20 @@ def h2_pdc(
     (2001); Geromel, Peres and Bernussou (1991), form "gramian".
     """
     gramian = _is_gramian(form)
+
+    def deviation(
+        task: DisturbanceRequest, units: DisturbanceCoordinates, objective: float
+    ) -> float:
+        return float(np.sqrt(objective * units.rate)) * units.output / units.disturbance
+
+    def unit_of_function(task: DisturbanceRequest, units: DisturbanceCoordinates) -> float:
+        # |z|^2 times seconds, or samples; of P that is the inverse of a covariance, that of w.
+        return (units.disturbance if gramian else units.output) ** 2 / units.rate
+
     task = disturbance_request(
         model,
         GivenLimits(gain_bound=gain_bound, sample_time=sample_time),
-        Norm(partial(h2_pdc_condition, form=form), _deviation, _precision if gramian else _cost),
+        Norm(partial(h2_pdc_condition, form=form), deviation, unit_of_function),
         performance=performance,
         relaxation=relaxation,
         decay_rate=decay_rate,
@@ -274,20 +284,6 @@ def h2_pdc(
     if gramian:
         return asked_or_least(_about_covariance(task), norm_below)
     return asked_or_least(task, norm_below, lambda: regulated(task))
-
-
-def _deviation(task: DisturbanceRequest, units: DisturbanceCoordinates, objective: float) -> float:
-    return float(np.sqrt(objective * units.rate)) * units.output / units.disturbance
-
-
-def _cost(task: DisturbanceRequest, units: DisturbanceCoordinates) -> float:
-    """Return the unit of V: |z|^2 times seconds, or samples."""
-    return units.output**2 / units.rate
-
-
-def _precision(task: DisturbanceRequest, units: DisturbanceCoordinates) -> float:
-    """Return the unit of V = x' P x where P is the inverse of a covariance."""
-    return units.disturbance**2 / units.rate
 
 
 def _about_covariance(task: DisturbanceRequest) -> DisturbanceRequest:

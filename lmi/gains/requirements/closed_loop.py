@@ -30,7 +30,7 @@ import numpy as np
 
 from takagi.lmi.analysis.pole_region import region_block, region_weight
 from takagi.lmi.argument_checks import decay_parameter
-from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
+from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import He, block, matrix
@@ -104,23 +104,11 @@ def region_sums(
     region : in 1/s for x' = A x; of the eigenvalues of A itself for x+ = A x.
     corners : as in ``DoubleSum``.
     """
-    return tuple(
-        _region_sum(A, B, Q, M, part, label, corners)
-        for part, label in zip(region.parts, region.labels, strict=True)
-    )
-
-
-def _region_sum(
-    A: Array,
-    B: Array,
-    Q: Unknown,
-    M: Unknown,
-    part: RegionPart,
-    label: str,
-    corners: Indices | None,
-) -> DoubleSum:
-    L, C = (coefficients.astype(np.float64) for coefficients in part.matrices)
     A_i, B_i = matrix(A, "A_{i}", over="i"), matrix(B, "B_{i}", over="i")
-    theta = region_block((L, C), Q, A_i @ Q - B_i @ M.over("j"))
-    statement = (theta << 0).named(label, weight=region_weight(part, A))
-    return double_sum_of(statement, rules=len(A), corners=corners)
+    loop, sums = A_i @ Q - B_i @ M.over("j"), []
+    for part, label in zip(region.parts, region.labels, strict=True):
+        L, C = (coefficients.astype(np.float64) for coefficients in part.matrices)
+        theta = region_block((L, C), Q, loop)
+        statement = (theta << 0).named(label, weight=region_weight(part, A))
+        sums.append(double_sum_of(statement, rules=len(A), corners=corners))
+    return tuple(sums)

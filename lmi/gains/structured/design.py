@@ -324,7 +324,7 @@ def _check_modes(search: StepSearch, names: tuple[str, ...]) -> None:
     A, B = plant.A * s / s[:, None], plant.B / s[:, None]
     # Inputs of order one, as ``check_movable`` assumes; 1e-300 leaves an input without effect at 0.
     B = B / np.maximum(np.abs(B).max(axis=(0, 1)), 1e-300)
-    check_stabilisable(A, B, units=s, names=names, step=step)
+    check_stabilisable(plant.A, plant.B, names=names, step=step)
     check_movable(A, B, search.structure, units=s, names=names, step=step)
 
 

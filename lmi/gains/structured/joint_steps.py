@@ -261,8 +261,13 @@ class StepSearch:
         if self.objective != "decay_rate":
             outcome = optimise(condition, slack=1e-5) if settle else self._near_least(condition)
             self.tries.extend(outcome.tries)
-            good = outcome.status == "candidate"
-            return outcome, self._value(outcome, units) if good else None
+            if outcome.status != "candidate":
+                return outcome, None
+            if self.objective == "hinf":
+                gamma = outcome.values["gamma"][0, 0, 0]
+                return outcome, float(gamma * units.output / units.disturbance)
+            L = np.linalg.solve(units.states, self.deviations)
+            return outcome, float(np.trace(L.T @ outcome.values["P"][0] @ L))
         plant = units.scaled_plant(self.plant)
         # P = I is feasible at this rate, however unstable the loop is: |x'| <= size |x|.
         size = float(np.linalg.norm(plant.A[:, None] - plant.B[:, None] @ K, 2, axis=(2, 3)).max())
@@ -290,12 +295,6 @@ class StepSearch:
         """Return the tolerance of the rate's parameter: ``fine`` relative, never quite 0."""
         no_decay = 0.0 if self.rate == "alpha" else 1.0
         return lambda at: fine * max(abs(at - no_decay), 1e-3 * speed)
-
-    def _value(self, outcome: Outcome, units: DisturbanceCoordinates) -> float:
-        if self.objective == "hinf":
-            return float(outcome.values["gamma"][0, 0, 0] * units.output / units.disturbance)
-        L = np.linalg.solve(units.states, self.deviations)
-        return float(np.trace(L.T @ outcome.values["P"][0] @ L))
 
 
 def _bound_lmi(gains: StructuredGains, units: DisturbanceCoordinates, bound: float) -> Inequality:

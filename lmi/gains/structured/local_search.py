@@ -10,8 +10,7 @@ from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
 from takagi.lmi.analysis.disturbance.guessed_function import bounded_real
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.gains.descent.gain_loops import GainLoops
-from takagi.lmi.gains.descent.many_starts import Found, best_gains
+from takagi.lmi.gains.descent.many_starts import Found, GainLoops, best_gains
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.models.arrays import Floats
 
