@@ -29,13 +29,13 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3 (theorems of 
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.decay_rate import answer_in_states, capped, common_lyapunov_condition
+from takagi.lmi.analysis.disturbance.guessed_function import lyapunov
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import (
     Vertices,
@@ -65,8 +65,6 @@ SLOW_MODE = 1e-9
 
 def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None:
     """Return T of x = T xhat; None where the mean does not decay at the rate alpha [1/s]."""
-    from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
-
     eye = np.eye(A.shape[1])
     if step is None:
         mean = A.mean(axis=0) + alpha * eye
@@ -76,23 +74,16 @@ def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None
         falls = np.abs(np.linalg.eigvals(mean)).max() < 1
     if not falls:
         return None
+    P = lyapunov(mean, eye, step)
+    # A solution with large rounding errors is detected here, and by the checks of the caller.
+    if P is None or not (np.isfinite(P).all() and np.diag(P).min() > 0):
+        return None
+    size = np.sqrt(np.diag(P))
     try:
-        with warnings.catch_warnings():
-            # A solution with large rounding errors is detected below, and by the checks of the
-            # caller.
-            warnings.simplefilter("ignore")
-            if step is None:
-                P = solve_continuous_lyapunov(mean.T, -eye)
-            else:
-                P = solve_discrete_lyapunov(mean.T, eye)
-        P = (P + P.T) / 2
-        if not (np.isfinite(P).all() and np.diag(P).min() > 0):
-            return None
-        size = np.sqrt(np.diag(P))
         # Shaped, so that the factor is accurate row by row.
         R = np.linalg.cholesky(P / size / size[:, None]).T * size
         T = np.linalg.inv(R)
-    except (np.linalg.LinAlgError, ValueError):
+    except np.linalg.LinAlgError:
         return None
     return T if np.isfinite(T).all() else None
 

@@ -146,10 +146,10 @@ def _solved(A: Floats, weight: Floats, sample_time: float | None) -> Floats | No
     """Return P of the Lyapunov equation with -weight on its right; None where A is not stable."""
     poles = np.linalg.eigvals(A)
     stable = poles.real.max() < 0 if sample_time is None else np.abs(poles).max() < 1
-    return _lyapunov(A, weight, sample_time) if stable else None
+    return lyapunov(A, weight, sample_time) if stable else None
 
 
-def _lyapunov(A: Floats, weight: Floats, sample_time: float | None) -> Floats | None:
+def lyapunov(A: Floats, weight: Floats, sample_time: float | None) -> Floats | None:
     """Return P with A' P + P A + weight = 0, or A' P A - P + weight = 0; None where there is none.
 
     Nothing is claimed here: a later check of P shows whether it is accurate enough.
@@ -338,7 +338,7 @@ class OneVertex:
             A = self.A + 0.5 * sigma * np.eye(len(self.A))
         else:
             A = self.A / np.sqrt(1.0 - sigma)
-        Q = _lyapunov(A.T, weight, self.step)
+        Q = lyapunov(A.T, weight, self.step)
         if Q is None:
             return None
         # A disturbance may reach some states only: then Q is singular, and rounding decides.

@@ -43,6 +43,7 @@ from functools import partial
 import numpy as np
 
 from takagi.lmi.analysis.disturbance.energy_and_variance import infinite_variance
+from takagi.lmi.analysis.disturbance.guessed_function import lyapunov
 from takagi.lmi.answer import Design
 from takagi.lmi.argument_checks import number
 from takagi.lmi.condition.statements import lmi_of
@@ -288,8 +289,6 @@ def h2_pdc(
 
 def _about_covariance(task: DisturbanceRequest) -> DisturbanceRequest:
     """Return the task with the covariance under a regulator as the guess, not its cost."""
-    from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
-
     regulator = guessed_regulator(task.plant)
     if regulator is None:
         return task
@@ -299,6 +298,7 @@ def _about_covariance(task: DisturbanceRequest) -> DisturbanceRequest:
     # Directions that no noise enters have a little of it, so that the guess can be inverted.
     size = np.linalg.inv(regulator.P)
     spread = spread + NOISE_EVERYWHERE * float(np.sum(E * (regulator.P @ E))) * size
-    discrete = task.plant.sample_time is not None
-    X = solve_discrete_lyapunov(A, spread) if discrete else solve_continuous_lyapunov(A, -spread)
-    return replace(task, guess=np.linalg.inv(X), feedback=regulator.gains)
+    X = lyapunov(A.T, spread, task.plant.sample_time)
+    if X is None:
+        return task
+    return replace(task, guess=np.asarray(np.linalg.inv(X)), feedback=regulator.gains)
