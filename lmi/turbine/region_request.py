@@ -109,7 +109,11 @@ def regional_gain_condition(
         *state_lmis(Q, box),
     ]
     for bound in bounds:
-        _check_bound(bound, n)
+        if not bound.limit > 0 or bound.offset.shape != (n,):
+            raise ModelError(
+                f"{bound.name}: limit {bound.limit!r} and offset of shape {bound.offset.shape} "
+                f"were given; a limit above 0 and one offset per state ({n}) are needed"
+            )
         if bound.minimised or np.any(bound.offset):
             statements += _demand(Q, M, mu, bound)
         else:
@@ -126,14 +130,6 @@ def regional_gain_condition(
 
 def _each(M: Unknown) -> Expression:
     return M.members(np.arange(M.count), "M_{i}")
-
-
-def _check_bound(bound: ActuatorBound, n: int) -> None:
-    if not bound.limit > 0 or bound.offset.shape != (n,):
-        raise ModelError(
-            f"{bound.name}: limit {bound.limit!r} and offset of shape {bound.offset.shape} were "
-            f"given; a limit above 0 and one offset per state ({n}) are needed"
-        )
 
 
 def _demand(Q: Unknown, M: Unknown, mu: Unknown, bound: ActuatorBound) -> list[Inequality]:
