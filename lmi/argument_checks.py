@@ -10,7 +10,6 @@ Gantmacher (1959), The Theory of Matrices, volume 2, chapter XV (Routh).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from numbers import Integral, Real
 from typing import Any, Protocol, TypeAlias, runtime_checkable
@@ -289,51 +288,6 @@ def check_independent(B: Array, name: str) -> None:
         )
 
 
-def check_stabilisable(
-    A: Array,
-    B: Array,
-    *,
-    units: Array | float = 1.0,
-    names: Sequence[str] = (),
-    dual: bool = False,
-    step: float | None = None,
-) -> None:
-    """Raise ModelError for a vertex with an undamped eigenvalue that no input can move.
-
-    Undamped: Re >= 0, or |z| >= 1 in discrete time.
-
-    Parameters
-    ----------
-    A, B : in states x = units xhat; they are balanced here, so that rounding means something.
-    names : of the states; x1, x2, ... when empty.
-    dual : write the message about outputs and observation instead.
-    step : sample time T in s of a discrete-time model; None for continuous time.
-    """
-    from takagi.lmi.cone.balance import state_units
-
-    A, B = A.astype(np.float64), B.astype(np.float64)
-    s = state_units(A, None, step=step)
-    A, B, units = A * s / s[:, None], B / s[:, None], units * s
-    mode = fixed_mode(A, B / np.maximum(np.abs(B).max(axis=(0, 1)), 1e-300), 0.0, step=step)
-    if mode is None:
-        return
-    vertex, eigenvalue, direction = mode
-    labels = names or tuple(f"x{k}" for k in range(1, A.shape[1] + 1))
-    state_shares = [
-        f"{weight:+.3g} * {label}"
-        for weight, label in zip(direction / units, labels, strict=True)
-        # Smaller parts of the direction are rounding, and would only confuse the message.
-        if abs(weight) > 1e-6 * np.abs(direction / units).max()
-    ]
-    verb, need = ("be seen in no output", "C") if dual else ("be moved by no input", "B")
-    where = "" if step is None else ", not inside the unit circle,"
-    raise ModelError(
-        f"vertex {vertex + 1} of {len(A)}: the mode at {_number(eigenvalue)}{where} "
-        f"({' '.join(state_shares)}) does not decay and can {verb}; change {need} or the box, so "
-        "that it decays or can be reached"
-    )
-
-
 def fixed_mode(
     A: Array, B: Array, decay_rate: float, *, step: float | None = None
 ) -> tuple[int, complex, Array] | None:
@@ -375,10 +329,6 @@ def too_slow(A: Array, fixed: tuple[int, complex], decay_rate: float, step: floa
         f"vertex {vertex + 1} of {len(A)}: no input moves the mode at {eigenvalue:.6g}, which "
         f"decays slower than {decay_rate:g} 1/s; ask for a decay rate below {slowness:.6g} 1/s"
     )
-
-
-def _number(eigenvalue: complex) -> str:
-    return f"{eigenvalue:.6g}" if eigenvalue.imag else f"{eigenvalue.real:.6g}"
 
 
 def _with_means(eigenvalues: Array, size: float) -> list[complex]:

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Design
 from takagi.lmi.argument_checks import (
-    check_stabilisable,
     input_stack,
     positive_vector,
     sample_time_of,
@@ -24,6 +23,7 @@ from takagi.lmi.argument_checks import (
 from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.gains.decay.condition import pdc_condition
 from takagi.lmi.gains.decay.pdc import pdc
+from takagi.lmi.gains.requirements.closed_loop import check_stabilisable
 
 
 class Measured(Protocol):

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.analysis.gain_pairs import gain_stack, pairs_of
 from takagi.lmi.answer import Answer, Design
-from takagi.lmi.argument_checks import Vertices, check_stabilisable, input_stack, vertex_stack
+from takagi.lmi.argument_checks import Vertices, input_stack, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_states, nearest_power
 from takagi.lmi.decision.decide import optimise
@@ -21,6 +21,7 @@ from takagi.lmi.gains.attraction.condition import (
     attraction_request,
 )
 from takagi.lmi.gains.decay.condition import Controlled
+from takagi.lmi.gains.requirements.closed_loop import check_stabilisable
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.argument_checks import (
-    check_stabilisable,
     corners_of,
     decay_parameter,
     fixed_mode,
@@ -33,7 +32,12 @@ from takagi.lmi.cone.balance import (
     state_units,
 )
 from takagi.lmi.expressions.expression import block, identity
-from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_unknown, region_sums
+from takagi.lmi.gains.requirements.closed_loop import (
+    check_stabilisable,
+    closed_loop,
+    gain_unknown,
+    region_sums,
+)
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation, relaxation_named
@@ -270,8 +274,7 @@ def double_sums(
     )
     if region is None:
         return Q, M, (loop,)
-    corners = loop.corners
-    return Q, M, (loop, *region_sums(A, B, Q, M, region, corners=corners))  # type: ignore[arg-type]
+    return Q, M, (loop, *region_sums(A, B, Q, M, region, corners=loop.corners))
 
 
 def size_of_motion(A: Array, alpha: float, step: float | None) -> float:

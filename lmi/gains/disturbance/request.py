@@ -17,7 +17,7 @@ import numpy as np
 
 from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.answer import Design
-from takagi.lmi.argument_checks import check_stabilisable, number
+from takagi.lmi.argument_checks import number
 from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.cone.balance import motion, nearest_power, state_units
 from takagi.lmi.gains.decay.pdc import pdc
@@ -27,6 +27,7 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
     Performance,
     plant_of,
 )
+from takagi.lmi.gains.requirements.closed_loop import check_stabilisable
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Complex, Floats
