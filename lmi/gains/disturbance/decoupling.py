@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.analysis.disturbance.guessed_function import lyapunov
+from takagi.lmi.analysis.common_quadratic import lyapunov
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.models.arrays import Floats

@@ -42,8 +42,8 @@ from functools import partial
 
 import numpy as np
 
+from takagi.lmi.analysis.common_quadratic import lyapunov
 from takagi.lmi.analysis.disturbance.energy_and_variance import infinite_variance
-from takagi.lmi.analysis.disturbance.guessed_function import lyapunov
 from takagi.lmi.answer import Design
 from takagi.lmi.argument_checks import number
 from takagi.lmi.condition.statements import lmi_of

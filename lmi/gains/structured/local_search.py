@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from takagi.lmi.analysis.disturbance.guessed_function import bounded_real, lyapunov
+from takagi.lmi.analysis.common_quadratic import lyapunov
+from takagi.lmi.analysis.disturbance.guessed_function import bounded_real
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.gains.descent.many_starts import Found, GainLoops, best_gains
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
