@@ -110,8 +110,6 @@ if TYPE_CHECKING:
     from takagi.lmi.refutation.refutation import objective_below as objective_below
     from takagi.lmi.refutation.refutation import rigorous_no as rigorous_no
     from takagi.lmi.solver.time_limit import time_limit as time_limit
-    from takagi.lmi.sums.corner_rules import ProductRules as ProductRules
-    from takagi.lmi.sums.corner_rules import product_rules as product_rules
     from takagi.lmi.sums.double_sum import DoubleSum as DoubleSum
     from takagi.lmi.sums.double_sum import double_sum_of as double_sum_of
     from takagi.lmi.sums.relaxations import RelaxationSize as RelaxationSize

@@ -82,7 +82,7 @@ def input_stack(model: object, A: Array, letter: str = "B") -> Array:
     if B.shape[2] == 0:
         raise ModelError(f"the model has no {signals}; {letter} needs at least one")
     _finite(letter, B)
-    _check_independent(B.astype(np.float64), letter)
+    check_independent(B.astype(np.float64), letter)
     return B
 
 
@@ -264,13 +264,17 @@ def _equal_sizes(B: Array) -> Array:
     return np.asarray(scaled.reshape(-1, B.shape[2]))
 
 
-def _check_independent(B: Array, letter: str) -> None:
-    signal, column = ("input", "column") if letter == "B" else ("output", "row")
+def check_independent(B: Array, name: str) -> None:
+    """Raise ModelError for an input, or output of C', without an effect of its own.
+
+    ``B`` : (r, ., m), C' for ``name`` "C".
+    """
+    signal, column = ("output", "row") if name == "C" else ("input", "column")
     stacked = B.reshape(-1, B.shape[2])
     size = np.abs(stacked).max(axis=0)
     for k in np.flatnonzero(size == 0):
         raise ModelError(
-            f"{signal} {k + 1} of {B.shape[2]}: its {column} of {letter} is zero in every vertex, "
+            f"{signal} {k + 1} of {B.shape[2]}: its {column} of {name} is zero in every vertex, "
             f"so it does nothing; leave it out"
         )
     if B.shape[2] == 1:
@@ -279,49 +283,9 @@ def _check_independent(B: Array, letter: str) -> None:
     singular = np.linalg.svd(_equal_sizes(B), compute_uv=False)
     if len(singular) < B.shape[2] or singular[-1] <= 1e-12 * singular[0]:
         raise ModelError(
-            f"{letter} has rank {int((singular > 1e-12 * singular[0]).sum())} over all vertices, "
+            f"{name}: rank {int((singular > 1e-12 * singular[0]).sum())} over all vertices, "
             f"but {B.shape[2]} {signal}s: one is a combination of the others; merge them"
         )
-
-
-def check_stabilisable(
-    A: Array,
-    B: Array,
-    *,
-    units: Array,
-    names: tuple[str, ...] = (),
-    dual: bool = False,
-    step: float | None = None,
-) -> None:
-    """Raise ModelError for a vertex with an undamped eigenvalue that no input can move.
-
-    Undamped: Re >= 0, or |z| >= 1 in discrete time.
-
-    Parameters
-    ----------
-    A, B : in states and inputs of order one, x = units xhat, so that rounding means something.
-    names : of the states; x1, x2, ... when empty.
-    dual : write the message about outputs and observation instead.
-    step : sample time T in s of a discrete-time model; None for continuous time.
-    """
-    mode = fixed_mode(A, B, 0.0, step=step)
-    if mode is None:
-        return
-    vertex, eigenvalue, direction = mode
-    labels = names or tuple(f"x{k}" for k in range(1, A.shape[1] + 1))
-    state_shares = [
-        f"{weight:+.3g} * {label}"
-        for weight, label in zip(direction / units, labels, strict=True)
-        # Smaller parts of the direction are rounding, and would only confuse the message.
-        if abs(weight) > 1e-6 * np.abs(direction / units).max()
-    ]
-    verb, need = ("be seen in no output", "C") if dual else ("be moved by no input", "B")
-    where = "" if step is None else ", not inside the unit circle,"
-    raise ModelError(
-        f"vertex {vertex + 1} of {len(A)}: the mode at {_number(eigenvalue)}{where} "
-        f"({' '.join(state_shares)}) does not decay and can {verb}; change {need} or the box, so "
-        "that it decays or can be reached"
-    )
 
 
 def fixed_mode(
@@ -365,10 +329,6 @@ def too_slow(A: Array, fixed: tuple[int, complex], decay_rate: float, step: floa
         f"vertex {vertex + 1} of {len(A)}: no input moves the mode at {eigenvalue:.6g}, which "
         f"decays slower than {decay_rate:g} 1/s; ask for a decay rate below {slowness:.6g} 1/s"
     )
-
-
-def _number(eigenvalue: complex) -> str:
-    return f"{eigenvalue:.6g}" if eigenvalue.imag else f"{eigenvalue.real:.6g}"
 
 
 def _with_means(eigenvalues: Array, size: float) -> list[complex]:

@@ -32,7 +32,7 @@ from takagi.lmi.condition.evaluate import (
 )
 from takagi.lmi.condition.statements import StatedCondition, condition_of
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
-from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.condition.unknown import Unknown, triangle
 from takagi.lmi.refutation.exact_algebra import adjoint, is_definite, is_semidefinite
 from takagi.models.arrays import Floats, Indices, ShortRepr
 from takagi.models.errors import ModelError
@@ -72,8 +72,9 @@ class Parametrised(ShortRepr):
         """Return values of the original's unknowns from values of the condition's, in floats."""
         z = np.zeros(0) if self.free is None else values[self.free.name].ravel()
         numbers = self.base.astype(np.float64) + z @ self.directions.astype(np.float64)
-        other_values = {key: value for key, value in values.items() if self._kept(key)}
-        return {**other_values, **_split(self.bound, numbers)}
+        given = {unknown.name for unknown in self.condition.unknowns if unknown is not self.free}
+        others = {name: value for name, value in values.items() if name in given}
+        return {**others, **_split(self.bound, numbers)}
 
     def exact(self, values: Mapping[str, Any]) -> dict[str, Array]:
         """Return Fractions near the given values of the original that satisfy the equalities.
@@ -95,9 +96,6 @@ class Parametrised(ShortRepr):
             numbers[nonzero] += entries[entry] * direction[nonzero]
         return {**exact_values, **_split(self.bound, numbers)}
 
-    def _kept(self, name: str) -> bool:
-        return self.free is None or name != self.free.name
-
 
 def parametrised(condition: Condition) -> Parametrised | None:
     """Return the condition without its equalities, solved exactly; None where they contradict.
@@ -107,7 +105,8 @@ def parametrised(condition: Condition) -> Parametrised | None:
     that no unknowns satisfy the equalities, for the numbers as they are stored.  Where decimals are
     meant, give them as strings or Fractions.
     """
-    bound = _bound(condition)
+    spoken = {term.unknown for equality in condition.equalities for term in equality.terms}
+    bound = tuple(unknown for unknown in condition.unknowns if unknown in spoken)
     base, directions, free_entries = _solutions(condition, bound)
     if base is None:
         return None
@@ -117,7 +116,6 @@ def parametrised(condition: Condition) -> Parametrised | None:
         name += "_"
     free = Unknown(name, 1, 1, count=len(free_entries), latex="z") if len(free_entries) else None
     unbound = tuple(unknown for unknown in condition.unknowns if unknown not in bound)
-    members = {unknown.name: base_value for unknown, base_value in _members(bound, base)}
     steps = [_split(bound, direction) for direction in directions] if condition.objective else []
     lmis = tuple(_in_free(lmi, condition, bound, free, base, directions) for lmi in condition.lmis)
     costs = {
@@ -148,13 +146,8 @@ def parametrised(condition: Condition) -> Parametrised | None:
         places=free_entries,
         base=base,
         directions=directions,
-        offset=Fraction(_cost(costs, members)),
+        offset=Fraction(_cost(costs, _split(bound, base))),
     )
-
-
-def _bound(condition: Condition) -> tuple[Unknown, ...]:
-    spoken = {term.unknown for equality in condition.equalities for term in equality.terms}
-    return tuple(unknown for unknown in condition.unknowns if unknown in spoken)
 
 
 def _solutions(
@@ -178,10 +171,9 @@ def _solutions(
             rows[equation[int(column)]][int(row)] += int(value)
     for column, k in equation.items():
         rows[k][numbers] = int(read.constant[column])
-    order = _favoured(rows, numbers)
     if not rows:
-        nothing = np.array([Fraction(0)] * numbers, dtype=object)
-        return nothing, _identity(numbers), np.arange(numbers)
+        return np.zeros(0, dtype=object), np.zeros((0, 0), dtype=object), np.arange(0)
+    order = _favoured(rows, numbers)
     reduced, denominator, rank = flint.fmpz_mat(
         [[row[k] for k in order] + [row[numbers]] for row in rows]
     ).rref()
@@ -189,9 +181,8 @@ def _solutions(
     if pivots and pivots[-1] == numbers:
         return None, np.zeros((0, numbers), dtype=object), np.zeros(0, dtype=np.intp)
     loose = sorted(set(range(numbers)) - set(pivots))
-    base = np.array([Fraction(0)] * numbers, dtype=object)
-    directions = np.array([[Fraction(0)] * numbers for _ in loose], dtype=object)
-    directions = directions.reshape(len(loose), numbers)
+    base = np.full(numbers, Fraction(0), dtype=object)
+    directions = np.full((len(loose), numbers), Fraction(0), dtype=object)
     for i, pivot in enumerate(pivots):
         base[order[pivot]] = Fraction(-int(reduced[i, numbers]), int(denominator))
         for k, entry in enumerate(loose):
@@ -203,8 +194,6 @@ def _solutions(
 
 def _favoured(rows: list[list[int]], numbers: int) -> list[int]:
     """Return all entries, those first that are best computed from the others."""
-    if not rows:
-        return list(range(numbers))
     largest = [max((abs(number) for number in row[:numbers]), default=0) or 1 for row in rows]
     matrix = np.array(
         [
@@ -219,21 +208,10 @@ def _favoured(rows: list[list[int]], numbers: int) -> list[int]:
     return first + sorted(set(range(numbers)) - set(first))
 
 
-def _identity(size: int) -> Array:
-    matrix = np.array(
-        [[Fraction(int(i == j)) for j in range(size)] for i in range(size)], dtype=object
-    )
-    return matrix.reshape(size, size)
-
-
 def _split(bound: tuple[Unknown, ...], numbers: Array) -> dict[str, Any]:
-    return {unknown.name: value for unknown, value in _members(bound, numbers)}
-
-
-def _members(bound: tuple[Unknown, ...], numbers: Array) -> list[tuple[Unknown, Array]]:
-    members, start = [], 0
+    members, start = {}, 0
     for unknown in bound:
-        members.append((unknown, unknown.value(numbers[start : start + unknown.length])))
+        members[unknown.name] = unknown.value(numbers[start : start + unknown.length])
         start += unknown.length
     return members
 
@@ -255,18 +233,32 @@ def _in_free(
     if not mine:
         return lmi
     spoken = replace(lmi, terms=mine, constants=(), sign=1, labels=())
-    entries = _Entries.of(spoken, bound, condition.parameters)
+    read = adjoint(
+        Condition(name=lmi.name, unknowns=bound, lmis=(spoken,), parameters=condition.parameters)
+    )
+    index = np.stack([block.index for block in read.blocks])
+    # In the sum of products an entry off the diagonal counts twice.
+    share = fractions(1 + np.eye(lmi.size)) / (2 * read.denominator)
+
+    def matrices_at(numbers: Array) -> tuple[list[int], Array]:
+        """Return the items that are not zero at these numbers, with their matrices."""
+        moved = np.flatnonzero(numbers[read.row] != 0)
+        z = np.full(read.columns, Fraction(0), dtype=object)
+        np.add.at(z, read.column[moved], read.value[moved] * numbers[read.row[moved]])
+        touched = np.unique(read.column[moved] // triangle(lmi.size))
+        return touched.tolist(), z[index[touched]] * share
+
     fixed = exact_terms(replace(lmi, terms=(), constants=lmi.constants))
     constant = lmi_value(fixed, {}, {}, Fraction(0))
-    for item, value in entries.at(base).items():
-        constant[item] += value
+    items, matrices = matrices_at(base)
+    constant[items] += matrices
     terms = [term for term in lmi.terms if term.unknown not in bound]
     items, members, values = [], [], []
     for number, direction in enumerate(directions):
-        for item, value in entries.at(direction).items():
-            items.append(item)
-            members.append(number)
-            values.append(value)
+        touched, matrices = matrices_at(direction)
+        items += touched
+        members += [number] * len(touched)
+        values += list(matrices)
     if values and free is not None:
         terms.append(
             Term(
@@ -282,50 +274,6 @@ def _in_free(
         )
     constants = (Constant(value=constant, at=None, latex="D_0"),) if (constant != 0).any() else ()
     return replace(lmi, terms=tuple(terms), constants=constants)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Entries:
-    """What each number of the unknowns adds to an LMI: number -> [(item, row, column, value)]."""
-
-    count: int
-    size: int
-    of_number: Mapping[int, list[tuple[int, int, int, Fraction]]]
-
-    @classmethod
-    def of(
-        cls, lmi: LMI, unknowns: tuple[Unknown, ...], parameters: Mapping[str, float]
-    ) -> _Entries:
-        read = adjoint(
-            Condition(name=lmi.name, unknowns=unknowns, lmis=(lmi,), parameters=parameters)
-        )
-        position: dict[int, tuple[int, int, int]] = {}
-        for block in read.blocks:
-            for a in range(block.size):
-                for b in range(a, block.size):
-                    position[int(block.index[a, b])] = (block.item, a, b)
-        contributions: dict[int, list[tuple[int, int, int, Fraction]]] = {}
-        for row, column, value in zip(read.row, read.column, read.value, strict=True):
-            item, a, b = position[int(column)]
-            # In the sum of products an entry off the diagonal counts twice.
-            share = Fraction(int(value), read.denominator * (1 if a == b else 2))
-            contributions.setdefault(int(row), []).append((item, a, b, share))
-        return cls(lmi.count, lmi.size, contributions)
-
-    def at(self, numbers: Array) -> dict[int, Array]:
-        """Return item -> its matrix at these numbers; items that are zero are left out."""
-        total: dict[int, Array] = {}
-        for number in np.flatnonzero(numbers != 0).tolist():
-            for item, a, b, share in self.of_number.get(number, ()):
-                matrix = total.get(item)
-                if matrix is None:
-                    matrix = np.full((self.size, self.size), Fraction(0), dtype=object)
-                    total[item] = matrix
-                added = share * numbers[number]
-                matrix[a, b] += added
-                if a != b:
-                    matrix[b, a] += added
-        return total
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)

@@ -222,7 +222,7 @@ def _filter_fields(
 
 def _synthesis_fields(two_step: bool, one_step: bool, objective: str | None) -> dict[str, Any]:
     """Return how gains are to be found, as fields of ``DesignSettings``."""
-    from takagi.lmi.turbine.one_step.design_point import objective_named
+    from takagi.lmi.turbine.one_step.design import objective_named
 
     if two_step:
         if one_step:

@@ -12,10 +12,10 @@ import numpy as np
 from catalogue.entry import SQUARE, THREE, plant
 from catalogue.formula import body
 from takagi.lmi import pdc_condition, relaxation_size
-from takagi.lmi.sums.corner_rules import Corners
 from takagi.lmi.sums.product_premises import polya, product
 from takagi.lmi.sums.relaxations import RELAXATIONS
 from takagi.models import ModelError
+from takagi.models.arrays import Indices
 
 WORDS = MappingProxyType(
     {
@@ -134,7 +134,7 @@ def _cost(name: str, rules: int) -> str:
     return f"{size.lmis}" + (f"+{size.slack_variables}" if size.slack_variables else "")
 
 
-def _corners(rules: int) -> Corners:
+def _corners(rules: int) -> Indices:
     """Return (r, k) for r = 2^k rules, each a corner of k premises."""
     premises = rules.bit_length() - 1
     return np.array(list(np.ndindex(*(2,) * premises)), dtype=np.intp)

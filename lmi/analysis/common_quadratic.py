@@ -30,10 +30,13 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3 (theorems of 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
 from takagi.lmi.analysis.decay_rate import answer_in_states, capped, common_lyapunov_condition
 from takagi.lmi.answer import Answer
@@ -63,10 +66,30 @@ NEARLY_HELD_MARGIN = 1e-6
 SLOW_MODE = 1e-9
 
 
+def unwarned(solve: Callable[..., Any], *arguments: Floats, **named: Floats) -> Floats:
+    """Return a scipy solver's result in floats without its warnings: P is checked elsewhere."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return np.asarray(solve(*arguments, **named), dtype=np.float64)
+
+
+def lyapunov(A: Floats, weight: Floats, sample_time: float | None) -> Floats | None:
+    """Return P with A' P + P A + weight = 0, or A' P A - P + weight = 0; None where there is none.
+
+    Nothing is claimed here: a later check of P shows whether it is accurate enough.
+    """
+    try:
+        if sample_time is None:
+            P = unwarned(solve_continuous_lyapunov, A.T, -weight)
+        else:
+            P = unwarned(solve_discrete_lyapunov, A.T, weight)
+    except np.linalg.LinAlgError:
+        return None
+    return (P + P.T) / 2
+
+
 def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None:
     """Return T of x = T xhat; None where the mean does not decay at the rate alpha [1/s]."""
-    from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
-
     eye = np.eye(A.shape[1])
     if step is None:
         mean = A.mean(axis=0) + alpha * eye
@@ -76,23 +99,16 @@ def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None
         falls = np.abs(np.linalg.eigvals(mean)).max() < 1
     if not falls:
         return None
+    P = lyapunov(mean, eye, step)
+    # A solution with large rounding errors is detected here, and by the checks of the caller.
+    if P is None or not (np.isfinite(P).all() and np.diag(P).min() > 0):
+        return None
+    size = np.sqrt(np.diag(P))
     try:
-        with warnings.catch_warnings():
-            # A solution with large rounding errors is detected below, and by the checks of the
-            # caller.
-            warnings.simplefilter("ignore")
-            if step is None:
-                P = solve_continuous_lyapunov(mean.T, -eye)
-            else:
-                P = solve_discrete_lyapunov(mean.T, eye)
-        P = (P + P.T) / 2
-        if not (np.isfinite(P).all() and np.diag(P).min() > 0):
-            return None
-        size = np.sqrt(np.diag(P))
         # Shaped, so that the factor is accurate row by row.
         R = np.linalg.cholesky(P / size / size[:, None]).T * size
         T = np.linalg.inv(R)
-    except (np.linalg.LinAlgError, ValueError):
+    except np.linalg.LinAlgError:
         return None
     return T if np.isfinite(T).all() else None
 

@@ -148,7 +148,7 @@ def invariant_ellipsoid(
     if first.P is None:
         return Ellipsoid(None, np.zeros(count), 0.0, first.diagnosis, first.status)
     P = np.asarray(first.P)
-    alpha = 0.5 * _least(2 * decay_rates(P, A), groups, count)
+    alpha = -0.5 * _worst(-2 * decay_rates(P, A), groups, count)
     scale, words = 0.0, ""
     # In these coordinates the set is about a unit ball, so the solver's numbers are near one.
     units = 1 / np.abs(directions).max(axis=0)
@@ -265,10 +265,6 @@ def _worst(values: Floats, groups: Groups, count: int) -> Floats:
     out = np.full(count, -np.inf)
     np.maximum.at(out, groups, values)
     return out
-
-
-def _least(values: Floats, groups: Groups, count: int) -> Floats:
-    return -_worst(-values, groups, count)
 
 
 RATE_SHARES = (0.3, 0.6, 0.9, 0.1)

@@ -23,7 +23,6 @@ from takagi.lmi.expressions.expression import (
 )
 from takagi.lmi.expressions.piece import (
     Letter,
-    NamedNumber,
     Piece,
     is_identity,
     number_text,
@@ -97,7 +96,10 @@ def pose(
                 raise ModelError(
                     f"pose: two unknowns have the name {unknown.name} and are not alike; rename one"
                 )
-        for symbol in _parameters(stated):
+        for piece in () if isinstance(stated, LMI) else _pieces(stated):
+            symbol = piece.parameter
+            if symbol is None:
+                continue
             if values.setdefault(symbol.name, float(symbol.value)) != float(symbol.value):
                 raise ModelError(
                     f"pose: the parameter {symbol.name} has two values, {values[symbol.name]:g} "
@@ -159,11 +161,6 @@ def _unknowns(stated: Statement | LMI | Expression | None) -> Iterator[Unknown]:
         if piece.unknown is not None:
             assert isinstance(piece.unknown, Unknown)  # no other class is one
             yield piece.unknown
-
-
-def _parameters(stated: Statement | LMI | Expression | None) -> Iterator[NamedNumber]:
-    if not isinstance(stated, LMI):
-        yield from (piece.parameter for piece in _pieces(stated) if piece.parameter is not None)
 
 
 def _pieces(stated: Statement | Expression | None) -> tuple[Piece, ...]:

@@ -48,7 +48,7 @@ def lmi_latex(lmi: LMI) -> str:
     size = len(lmi.blocks)
     if size == 1:
         positions: tuple[Position | None, ...] = ((0, 0), None)
-        right_side = _below(lmi) if _pieces_of_terms(lmi, positions) else []
+        right_side = _below(lmi) if any(term.at in positions for term in lmi.terms) else []
         left_side = _block(lmi, positions, without=right_side)
         return f"{left_side} {_relation(lmi)} {_negative(right_side)}"
     rows = [
@@ -156,10 +156,6 @@ def _cost(unknown: Unknown, weight: np.ndarray[tuple[int, ...], np.dtype[np.floa
     index = "" if first is not None else "_k"
     name = rf"C_{{{unknown.symbol}}}" if not index else rf"C_{{{unknown.symbol},k}}"
     return rf"{over}\langle {name}, {symbol} \rangle"
-
-
-def _pieces_of_terms(lmi: LMI, positions: tuple[Position | None, ...]) -> bool:
-    return any(term.at in positions for term in lmi.terms)
 
 
 def _below(lmi: LMI) -> list[Constant]:

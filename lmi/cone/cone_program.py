@@ -350,6 +350,18 @@ def _triplets(term: Term, lmi: LMI, cone: Cone, offset: int) -> Triplets:
     return Triplets(packed_row, offset + member * term.unknown.entries + entry, value)
 
 
+def joined(left: Indices, right: Indices, count: int) -> tuple[Indices, Indices]:
+    """Return every pair of positions in two lists of keys at which the keys are equal.
+
+    ``right`` : in rising order.  ``count`` : keys are below it.
+    """
+    per = np.bincount(right, minlength=count)
+    first, repeats = np.cumsum(per) - per, per[left]
+    i = np.repeat(np.arange(len(left)), repeats)
+    within = np.arange(len(i)) - np.repeat(np.cumsum(repeats) - repeats, repeats)
+    return i, first[left[i]] + within
+
+
 def _products(term: Term, count: int) -> tuple[Indices, Indices, Indices, Indices, Indices, Floats]:
     """Return item, member, block row, block column, entry, value of every nonzero product."""
     item, member, left, right = term.spread(count)
@@ -360,12 +372,6 @@ def _products(term: Term, count: int) -> tuple[Indices, Indices, Indices, Indice
         return item[t], member[t], a, k, np.zeros_like(a), left[t, a, k]
     right = np.asarray(right, dtype=np.float64)
     s, m, b = np.nonzero(right)
-    # Join the two lists on the contribution: every left entry meets every right entry of its t.
-    per = np.bincount(s, minlength=len(right))
-    first = np.cumsum(per) - per
-    repeats = per[t]
-    i = np.repeat(np.arange(len(t)), repeats)
-    within = np.arange(len(i)) - np.repeat(np.cumsum(repeats) - repeats, repeats)
-    j = first[t[i]] + within
+    i, j = joined(t, s, len(right))
     value = left[t[i], a[i], k[i]] * right[s[j], m[j], b[j]]
     return item[t[i]], member[t[i]], a[i], b[j], index[k[i], m[j]], value

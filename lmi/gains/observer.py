@@ -13,19 +13,17 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.answer import Design
 from takagi.lmi.argument_checks import (
-    check_stabilisable,
     input_stack,
     positive_vector,
     sample_time_of,
     vertex_stack,
 )
 from takagi.lmi.condition.term import Array, Condition
-from takagi.lmi.cone.balance import balanced_inputs, state_units
 from takagi.lmi.gains.decay.condition import pdc_condition
 from takagi.lmi.gains.decay.pdc import pdc
+from takagi.lmi.gains.requirements.closed_loop import check_stabilisable
 
 
 class Measured(Protocol):
@@ -102,7 +100,8 @@ def observer(
     """
     dual = _Dual(model, sample_time)
     n = dual.A.shape[1]
-    _check_detectable(dual, tuple(getattr(model, "states", ())))
+    names, step = getattr(model, "states", ()), dual.sample_time
+    check_stabilisable(dual.A, dual.B, names=names, dual=True, step=step)
     design = pdc(
         dual,
         decay_rate=decay_rate,
@@ -122,11 +121,3 @@ def observer(
         P=P,
         answer=replace(design.answer, P=P),
     )
-
-
-def _check_detectable(dual: _Dual, names: tuple[str, ...]) -> None:
-    A, B = dual.A.astype(np.float64), dual.B.astype(np.float64)
-    s = state_units(A, None, step=dual.sample_time)
-    A, B = A * s / s[:, None], B / s[:, None]
-    B = B * balanced_inputs(B, vertex_weight(A))
-    check_stabilisable(A, B, units=s, names=names, dual=True, step=dual.sample_time)

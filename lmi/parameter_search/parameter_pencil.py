@@ -57,7 +57,11 @@ class ParameterPencil:
         ------
         ModelError : no term has the parameter.
         """
-        slopes = tuple(_slope(lmi, name) for lmi in condition.lmis)
+        parts = [[term for term in lmi.terms if term.parameter == name] for lmi in condition.lmis]
+        slopes = tuple(
+            replace(lmi, terms=tuple(terms), constants=()) if terms else None
+            for lmi, terms in zip(condition.lmis, parts, strict=True)
+        )
         if not any(slopes):
             raise ModelError(
                 f"condition {condition.name}: no term has the parameter {name!r}; there are "
@@ -149,12 +153,6 @@ class ParameterPencil:
         at_one = {**self.condition.parameters, self.name: 1.0}
         G: Floats = -self.d * slope.sign * lmi_value(slope, values, at_one)
         return (G + G.transpose(0, 2, 1)) / 2
-
-
-def _slope(lmi: LMI, name: str) -> LMI | None:
-    """Return the part of an LMI that the parameter multiplies, or None."""
-    terms = tuple(term for term in lmi.terms if term.parameter == name)
-    return replace(lmi, terms=terms, constants=()) if terms else None
 
 
 def _room(F: Floats, G: Floats) -> float:

@@ -59,7 +59,9 @@ def read_sdpa(text: str, source: str) -> ConicProblem:
         if line.strip() and line.lstrip()[0] not in '"*'
     ]
     require(len(lines) >= 4, source, "four lines are needed before the entries")
-    variables, count = (_first_integer(*lines[k], source) for k in (0, 1))
+    variables, count = (
+        _integer(next(iter(line.split()), ""), number, source) for number, line in lines[:2]
+    )
     sizes = [int(word) for word in lines[2][1].split()[:count] if re.fullmatch(r"[+-]?\d+", word)]
     require(len(sizes) == count > 0, source, f"line {lines[2][0]}: {count} sizes of blocks")
     require(all(sizes), source, f"line {lines[2][0]}: a block has the size 0")
@@ -122,11 +124,6 @@ def _position(block: Block, row: int, column: int) -> int:
     if block.cone == NONNEGATIVE:
         return row - 1
     return triangle_position(row - 1, column - 1)
-
-
-def _first_integer(number: int, line: str, source: str) -> int:
-    words = line.split()
-    return _integer(words[0] if words else "", number, source)
 
 
 def _integer(word: str, number: int, source: str) -> int:

@@ -34,6 +34,7 @@ import numpy as np
 from takagi.lmi.condition.evaluate import exact_matrices, fractions
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown, triangle
+from takagi.lmi.cone.cone_program import joined
 from takagi.models.arrays import Floats, Indices
 
 
@@ -195,15 +196,7 @@ def _term_entries(term: Term, lmi: LMI, start: int, offset: int) -> _Entries:
         M, E = _spread_integers(term.right, right.shape)
         s, m, q = np.nonzero(M)
         # The product L X R has a term for each pair of an entry of L and an entry of R.
-        per = np.bincount(s, minlength=len(M))
-        repeats = per[t]
-        left_index = np.repeat(np.arange(len(t)), repeats)
-        first = np.cumsum(per) - per
-        right_index = (
-            first[t[left_index]]
-            + np.arange(len(left_index))
-            - np.repeat(np.cumsum(repeats) - repeats, repeats)
-        )
+        left_index, right_index = joined(t, s, len(M))
         i, b, entry = t[left_index], q[right_index], index[k[left_index], m[right_index]]
         value = N[t, a, k][left_index] * M[s, m, q][right_index]
         a, D = a[left_index], D * E
@@ -311,8 +304,9 @@ def function_that_decays(read: Adjoint) -> Mapping[str, Array] | None:
     for block in read.blocks[:MOST_ITEMS]:
         if not _crosses(condition, condition.lmis[block.lmi], block.item):
             continue
-        lyapunov = _rounded(_solved(read, block, P))
-        values = {P.name: lyapunov[None]}
+        lyapunov = _solved(read, block, P)
+        unit = 2.0 ** (np.ceil(np.log2(np.abs(lyapunov).max() or 1.0)) - DIGITS)
+        values = {P.name: fractions(np.round(lyapunov / unit) * unit)[None]}
         if not fault_of_function(condition, values):
             return values
     return None
@@ -386,12 +380,3 @@ def _solved(read: Adjoint, block: Block, P: Unknown) -> Floats:
     target = (low == high).astype(np.float64)
     numbers = np.linalg.lstsq(matrix, target, rcond=1e-13)[0]
     return np.asarray(P.value(numbers)[0])
-
-
-def _rounded(P: Floats) -> Array:
-    largest = float(np.abs(P).max())
-    unit = Fraction(2) ** (int(np.ceil(np.log2(largest))) - DIGITS) if largest > 0 else Fraction(1)
-    rounded = np.empty(P.shape, dtype=object)
-    for index, entry in np.ndenumerate(P):
-        rounded[index] = round(Fraction(float(entry)) / unit) * unit
-    return rounded

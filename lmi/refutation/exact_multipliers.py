@@ -22,6 +22,7 @@ from scipy.linalg import qr
 
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import triangle
+from takagi.lmi.cone.cone_program import joined
 from takagi.lmi.refutation.contradiction import forced_to_zero
 from takagi.lmi.refutation.exact_algebra import Adjoint, over_one_denominator, packed_places
 from takagi.models.arrays import Floats, Indices
@@ -141,19 +142,14 @@ def restricted_to_face(read: Adjoint, bases: list[Array]) -> Face:
     factor: list[Array] = []
     for block, U, start in zip(read.blocks, bases, starts, strict=True):
         outer, inner, value = _congruence(U)
-        z_entry.append(_flat_index(block.index)[outer])
+        high, low = np.tril_indices(block.size)
+        z_entry.append(block.index[low, high][outer])
         s_entry.append(start + inner)
         factor.append(value)
     row, column, entry = _product(
         read, np.concatenate(z_entry), np.concatenate(s_entry), np.concatenate(factor), total
     )
     return Face(read, tuple(bases), tuple(starts), row, column, entry)
-
-
-def _flat_index(index: Indices) -> Indices:
-    """Return the entries of z in the order of an upper triangle, column by column."""
-    high, low = np.tril_indices(len(index))
-    return np.asarray(index[low, high])
 
 
 def _congruence(U: Array) -> tuple[Indices, Indices, Array]:
@@ -184,12 +180,7 @@ def _product(
     """Return the entries of the adjoint's matrix times E."""
     order = np.argsort(z_entry, kind="stable")
     z_entry, s_entry, factor = z_entry[order], s_entry[order], factor[order]
-    per = np.bincount(z_entry, minlength=read.columns)
-    first = np.cumsum(per) - per
-    repeats = per[read.column]
-    t = np.repeat(np.arange(len(read.column)), repeats)
-    within = np.arange(len(t)) - np.repeat(np.cumsum(repeats) - repeats, repeats)
-    factor_entry = first[read.column[t]] + within
+    t, factor_entry = joined(read.column, z_entry, read.columns)
     position = read.row[t] * max(columns, 1) + s_entry[factor_entry]
     positions, where = np.unique(position, return_inverse=True)
     total = np.zeros(len(positions), dtype=object)

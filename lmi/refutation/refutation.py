@@ -158,13 +158,10 @@ def multiplier_entries(read: Adjoint, multipliers: Mapping[str, Array]) -> Array
     for block in read.blocks:
         name = names[block.lmi]
         if name in multipliers:
-            z[block.index] = _upper(multipliers[name][block.item])
+            Z = multipliers[name][block.item]
+            # The entries below the diagonal count as those above it.
+            z[block.index] = np.where(np.tri(len(Z), k=-1, dtype=bool), Z.T, Z)
     return z
-
-
-def _upper(Z: Array) -> Array:
-    """Return the matrix whose entries below the diagonal are those above it."""
-    return np.asarray(np.where(np.tri(len(Z), k=-1, dtype=bool), Z.T, Z))
 
 
 def _number_name(condition: Condition, number: int) -> str:
@@ -236,7 +233,8 @@ def exact_no(
     face = open_face(read)
     if not face.columns:
         return None
-    begin = [_float_entries(read, multipliers)] if multipliers else []
+    z = multiplier_entries(read, multipliers or {}).astype(np.float64)
+    begin = [z] if multipliers and np.isfinite(z).all() else []
     floats = {name: float(value) for name, value in exact.parameters.items()}
     for z in chain(begin, _interior(face, exact.with_parameters(**floats))):
         alternative = _checked(face, z)
@@ -244,11 +242,6 @@ def exact_no(
             return alternative
     function = function_that_decays(read)
     return None if function is None else Alternative(condition=exact, function=function)
-
-
-def _float_entries(read: Adjoint, multipliers: Mapping[str, Floats]) -> Floats:
-    z = multiplier_entries(read, multipliers).astype(np.float64)
-    return z if np.isfinite(z).all() else np.zeros_like(z)
 
 
 def _checked(face: Face, z: Floats) -> Alternative | None:

@@ -30,6 +30,7 @@ import scipy.sparse as sp
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.cone.cone_program import ConeProgram, Raw
 from takagi.lmi.solver.installed_solvers import (
+    WIDEST_UNGUIDED,
     Guide,
     guide,
     incidence,
@@ -186,7 +187,11 @@ def attempts(program: ConeProgram, session: Session | None = None) -> Iterator[R
     if out_of_time():
         yield _not_called("clarabel")
         return
-    zeros, sdpa_first = _advice(program)
+    zeros, sdpa_first = None, False
+    if max(cone.size for cone in program.cones) > WIDEST_UNGUIDED:
+        counts = incidence(program)
+        zeros = guide(program, counts)
+        sdpa_first = sdpa_is_installed() and prefers_sdpa(counts)
     if sdpa_first:
         yield with_sdpa(program)
     for name in VARIANTS:
@@ -236,14 +241,6 @@ def _variant(program: ConeProgram, name: str, zeros: Guide | None) -> Raw:
     chordal = options.get("chordal_decomposition_enable", False)
     data = program if chordal else _filled(program, zeros)
     return run_clarabel(_clarabel(data, options), name, started)
-
-
-def _advice(program: ConeProgram) -> tuple[Guide | None, bool]:
-    """Return the zeros that help clarabel, and whether sdpa is called before it."""
-    if max(cone.size for cone in program.cones) <= 8:
-        return None, False
-    counts = incidence(program)
-    return guide(program, counts), sdpa_is_installed() and prefers_sdpa(counts)
 
 
 def _filled(program: ConeProgram, zeros: Guide | None) -> ConeProgram:

@@ -12,6 +12,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from math import prod
 from typing import TypeAlias
 
 import numpy as np
@@ -22,7 +23,6 @@ from takagi.lmi.condition.term import LMI, Array, Constant, Labels, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import Expression, Inequality
 from takagi.lmi.expressions.piece import Piece
-from takagi.lmi.sums.corner_rules import Corners, product_rules
 from takagi.models.arrays import Floats, Indices, ShortRepr
 from takagi.models.errors import ModelError
 
@@ -253,7 +253,8 @@ class DoubleSum(ShortRepr):
     parts : Theta_ij is the sum of these matrices, and of the transposes of those that say so.
     weight : the margin that Theta must have when the other LMIs have margin 1.
     name : prefix of the LMIs' names, where a condition has more than one double sum.
-    corners : (r, premises) which corner of each premise rule i takes, or ``ProductRules``; None
+    corners : (r, premises) which corner of each premise rule i takes, from 0, every combination
+        once: h_i = prod_k w_(k, corner_ik), the weights of a premise nonnegative with sum 1.  None
         where the memberships are not known to be products.
     """
 
@@ -262,7 +263,7 @@ class DoubleSum(ShortRepr):
     parts: tuple[Part, ...]
     weight: float = 1.0
     name: str = ""
-    corners: Corners | None = None
+    corners: Indices | None = None
 
     def __post_init__(self) -> None:
         for piece, _ in self.parts:
@@ -274,11 +275,8 @@ class DoubleSum(ShortRepr):
                     f"the part with {owner} is for {' x '.join(map(str, piece.lead))} rules, but "
                     f'there are {self.rules}; one for each is needed, with over="i" or over="j"'
                 )
-        if self.corners is not None and product_rules(self.corners).rules != self.rules:
-            raise ModelError(
-                f"corners: {product_rules(self.corners).rules} rules, but there are {self.rules}; "
-                "give one row for each rule"
-            )
+        if self.corners is not None:
+            _check_combinations(self.corners, self.rules)
 
     @property
     def size(self) -> int:
@@ -343,8 +341,28 @@ class DoubleSum(ShortRepr):
         )
 
 
+def _check_combinations(corners: Indices, rules: int) -> None:
+    if corners.ndim != 2 or not corners.size or corners.dtype.kind not in "iu":
+        raise ModelError(
+            f"corners have shape {corners.shape} and type {corners.dtype}; integers "
+            "(rules, premises) are needed"
+        )
+    if len(corners) != rules:
+        raise ModelError(
+            f"corners: {len(corners)} rules, but there are {rules}; give one row for each rule"
+        )
+    low, different = int(corners.min()), len(np.unique(corners, axis=0))
+    combinations = prod(int(side) for side in corners.max(axis=0) + 1)
+    if low < 0 or not different == combinations == rules:
+        raise ModelError(
+            f"corners: {rules} rules, {different} of them different, least index {low}, for "
+            f"{combinations} combinations; every combination is needed once, from 0, or the "
+            "memberships do not sum to 1"
+        )
+
+
 def double_sum_of(
-    statement: Inequality, *, rules: int, corners: Corners | None = None
+    statement: Inequality, *, rules: int, corners: Indices | None = None
 ) -> DoubleSum:
     """Return sum_ij h_i h_j Theta_ij < 0 of ``Theta << 0``, which is written with operators.
 

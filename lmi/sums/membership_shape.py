@@ -21,9 +21,8 @@ import numpy as np
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import Expression, matrix
 from takagi.lmi.polynomials import Basis
-from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, double_sum_of
-from takagi.lmi.sums.product_premises import count_of
+from takagi.lmi.sums.product_premises import count_of, sides_of
 from takagi.models.arrays import Floats, Indices
 
 
@@ -74,7 +73,7 @@ def rate_of(
 
 
 def double_sums(
-    thetas: Sequence[Expression], name: str, *, rules: int, weight: float, corners: Corners | None
+    thetas: Sequence[Expression], name: str, *, rules: int, weight: float, corners: Indices | None
 ) -> tuple[DoubleSum, ...]:
     """Return a double sum Theta < 0 for each, numbered where there are several."""
     titles = [f"{name} {k + 1}" if len(thetas) > 1 else "" for k in range(len(thetas))]
@@ -84,13 +83,13 @@ def double_sums(
     )
 
 
-def number_of_points(rules: int, corners: Corners | None, subdivision: int) -> int:
+def number_of_points(rules: int, corners: Indices | None, subdivision: int) -> int:
     """Return how many blends there are whose shares are multiples of 1/parts."""
-    sizes = [rules] if corners is None else product_rules(corners).sizes.values()
-    return prod(count_of(size, subdivision) for size in sizes)
+    sides = (rules,) if corners is None else sides_of(corners)
+    return prod(count_of(side, subdivision) for side in sides)
 
 
-def points_of(rules: int, corners: Corners | None, subdivision: int) -> Floats:
+def points_of(rules: int, corners: Indices | None, subdivision: int) -> Floats:
     """Return memberships h, (blends, rules): every choice of shares that are multiples of 1/parts.
 
     The shares are those of the rules. If the memberships are products, they are those of the
@@ -127,18 +126,14 @@ def _pose(loop: DoubleSum, subdivision: int) -> RelaxedSum:
     return (), (lmi,)
 
 
-def _whole_shares(rules: int, corners: Corners | None, subdivision: int) -> Indices:
+def _whole_shares(rules: int, corners: Indices | None, subdivision: int) -> Indices:
     """Return the shares of all rules as whole numbers, (blends, rules), with equal sums."""
-    plain = ProductRules(np.arange(rules)[:, None], ("h",))
-    product = plain if corners is None else product_rules(corners)
-    tables = {
-        name: Basis((size,), (subdivision,)).exponents for name, size in product.sizes.items()
-    }
-    grid = np.indices([len(table) for table in tables.values()]).reshape(len(tables), -1)
-    chosen = {name: tables[name][row] for name, row in zip(tables, grid, strict=True)}
+    taken = np.arange(rules)[:, None] if corners is None else corners
+    tables = [Basis((side,), (subdivision,)).exponents for side in sides_of(taken)]
+    grid = np.indices([len(table) for table in tables]).reshape(len(tables), -1)
     shares = np.ones((grid.shape[1], rules), dtype=np.intp)
-    for column, premise in enumerate(product.premises):
-        shares *= chosen[premise][:, product.corners[:, column]]
+    for table, row, column in zip(tables, grid, taken.T, strict=True):
+        shares *= table[row][:, column]
     return shares
 
 

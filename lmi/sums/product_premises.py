@@ -1,9 +1,8 @@
 """Relaxations by products of memberships or of premise weights.
 
 Where rules are combinations of corners, h_i = prod_k w_(k, c_ik), the double sum is a polynomial in
-the weights w_k of each premise, homogeneous in each: of degree D_k where premise k is a factor D_k
-times, 2 where it is a factor of each membership once.  Times prod_k (w_k1 + w_k2 + ...)^d, which is
-1, it is so of degree D_k + d.
+the weights w_k of each premise, homogeneous of degree 2 in each.  Times
+prod_k (w_k1 + w_k2 + ...)^d, which is 1, it is so of degree 2 + d.
 
 Products of weights are nonnegative and not all
 zero, so it is negative wherever each of its coefficients is negative definite.  Pairs of rules
@@ -17,7 +16,7 @@ Arino and Sala (2007), Eng. Applications of Artificial Intelligence 20(8), for t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import comb, log2, perm, prod
+from math import comb, log2, perm
 
 import numpy as np
 
@@ -25,7 +24,6 @@ from takagi.lmi.condition.term import LMI
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import Expression, He, added, matrix
 from takagi.lmi.polynomials import Basis
-from takagi.lmi.sums.corner_rules import ProductRules, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, Weights, selections
 from takagi.lmi.sums.slack_matrices import negative_whole, slack_unknown
 from takagi.models.arrays import Indices
@@ -37,25 +35,9 @@ def count_of(values: int, degree: int) -> int:
     return comb(values + degree - 1, degree)
 
 
-@dataclass(frozen=True, slots=True)
-class Simplex:
-    """The weights of one premise, and the columns of corners in which they are factors.
-
-    Attributes
-    ----------
-    name : of the premise.
-    corners : number of weights.
-    columns : of the rules' corners.
-    """
-
-    name: str
-    corners: int
-    columns: tuple[int, ...]
-
-    @property
-    def degree(self) -> int:
-        """Return D_k: both memberships of a pair have the factors."""
-        return 2 * len(self.columns)
+def sides_of(corners: Indices) -> tuple[int, ...]:
+    """Return how many corners each premise has."""
+    return tuple(int(side) for side in corners.max(axis=0) + 1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,42 +70,21 @@ class SimplexCoefficients:
         return Summand(self.i, self.j, self.weight, self.item, factor=factor)
 
 
-def simplexes_of(rules: ProductRules) -> tuple[Simplex, ...]:
-    """Return every premise of the rules, in the order of the columns.
-
-    Raises
-    ------
-    ModelError : a premise with different numbers of corners in its columns.
-    """
-    simplexes = []
-    for name in dict.fromkeys(rules.premises):
-        columns = tuple(c for c, premise in enumerate(rules.premises) if premise == name)
-        sides = {int(rules.corners[:, c].max()) + 1 for c in columns}
-        if len(sides) > 1:
-            raise ModelError(
-                f"premise {name} has {' and '.join(map(str, sorted(sides)))} corners in different "
-                "columns; a premise has the same corners wherever it is a factor"
-            )
-        simplexes.append(Simplex(name, sides.pop(), columns))
-    return tuple(simplexes)
-
-
-def coefficients(rules: ProductRules, degree: int) -> SimplexCoefficients:
+def coefficients(corners: Indices, degree: int) -> SimplexCoefficients:
     """Return which Theta_ij appear in which coefficient.
 
     A coefficient divided by the number of orderings of its product is a mean of the Theta_ij; the
-    weights are those of the mean times prod_k (D_k + d)! / d!, the same for all coefficients.
+    weights are those of the mean times prod_k (2 + d)! / d!, the same for all coefficients.
     """
-    r = rules.rules
+    r, sides = len(corners), sides_of(corners)
     item = np.zeros((r, r, 1), dtype=np.intp)
     weight = np.ones((r, r, 1))
-    simplexes = simplexes_of(rules)
-    for simplex in simplexes:
-        number, factor, count = _table(simplex, rules, degree)
+    for column, side in zip(corners.T, sides, strict=True):
+        number, factor, count = _table(column, side, degree)
         item = (item[..., None] * count + number[:, :, None, :]).reshape(r, r, -1)
         weight = (weight[..., None] * factor[:, :, None, :]).reshape(r, r, -1)
     i, j, _ = (indices.ravel() for indices in np.indices(item.shape))
-    total = prod(perm(simplex.degree + degree, simplex.degree) for simplex in simplexes)
+    total = perm(2 + degree, 2) ** len(sides)
     return SimplexCoefficients(
         i=i,
         j=j,
@@ -132,33 +93,25 @@ def coefficients(rules: ProductRules, degree: int) -> SimplexCoefficients:
         total=total,
         # A power of two, so that rounding never touches the ratios of the weights.
         scale=2.0 ** -round(log2(total)),
-        basis=Basis(
-            tuple(simplex.corners for simplex in simplexes),
-            tuple(simplex.degree + degree for simplex in simplexes),
-        ),
+        basis=Basis(sides, (2 + degree,) * len(sides)),
     )
 
 
-def _table(simplex: Simplex, rules: ProductRules, degree: int) -> tuple[Indices, Weights, int]:
+def _table(column: Indices, side: int, degree: int) -> tuple[Indices, Weights, int]:
     """Return number and weight, (r, r, products of ``degree``), of one premise; count of numbers.
 
     With the exponents a of rules i and j together, and those p of a product of the power, e = a + p
     are those of the product ``number``; the weight is prod_c e_c! / (e_c - a_c)!.
     """
-    size = simplex.corners
-    powers = Basis((size,), (degree,)).exponents
-    basis = Basis((size,), (simplex.degree + degree,))
-    factors = (rules.corners[:, simplex.columns, None] == np.arange(size)).sum(axis=1)
-    # Rules agree in many premises: the table is made for each combination of corners once.
-    factors, row = np.unique(factors, axis=0, return_inverse=True)
-    row = row.ravel()
+    basis = Basis((side,), (2 + degree,))
+    # Made for each pair of corners once, for the rules that take them.
+    factors = np.eye(side, dtype=np.intp)
     a = factors[:, None, None] + factors[None, :, None]
-    e = a + powers
-    degrees = range(simplex.degree + 1), range(simplex.degree + degree + 1)
-    falling = np.array([[float(perm(n, k)) for k in degrees[0]] for n in degrees[1]])
-    number = basis.rank(e.reshape(-1, size)).reshape(e.shape[:-1])
+    e = a + Basis((side,), (degree,)).exponents
+    falling = np.array([[float(perm(n, k)) for k in range(3)] for n in range(degree + 3)])
+    number = basis.rank(e.reshape(-1, side)).reshape(e.shape[:-1])
     weight = falling[e, a].prod(axis=-1)
-    return number[row[:, None], row], weight[row[:, None], row], basis.count
+    return number[column[:, None], column], weight[column[:, None], column], basis.count
 
 
 # The shares of the Theta_ij in a coefficient, which sum to 1.
@@ -175,8 +128,7 @@ def polya(loop: DoubleSum, degree: int) -> RelaxedSum:
 
     Source: Sala and Arino (2007), Fuzzy Sets and Systems 158(24), theorem 5.
     """
-    rules = ProductRules(np.arange(loop.rules)[:, None], ("h",))
-    sums = coefficients(rules, degree)
+    sums = coefficients(np.arange(loop.rules)[:, None], degree)
     axes = [f"h{c + 1}" for c in range(loop.rules)]
     lmi = loop.lmi(
         "product of memberships",
@@ -194,7 +146,7 @@ def product(loop: DoubleSum, degree: int = 0) -> RelaxedSum:
     """Every coefficient of prod_k (sum_c w_kc)^d sum_ij h_i h_j Theta_ij is negative definite.
 
     Never more conservative than all pairs, and for one premise the same as Polya's of that
-    degree; necessary and sufficient as d grows, with prod_k (D_k + d + s_k - 1 choose s_k - 1)
+    degree; necessary and sufficient as d grows, with prod_k (d + s_k + 1 choose s_k - 1)
     LMIs for s_k corners.
 
     Raises
@@ -222,8 +174,8 @@ def product_liu_zhang(loop: DoubleSum) -> RelaxedSum:
     return (X,), (_product_lmi(loop, 0, X), negative_whole(loop, X))
 
 
-def known_rules(loop: DoubleSum) -> ProductRules:
-    """Return the rules as products.
+def known_corners(loop: DoubleSum) -> Indices:
+    """Return which corners the rules combine.
 
     Raises
     ------
@@ -234,21 +186,18 @@ def known_rules(loop: DoubleSum) -> ProductRules:
             "relaxation product needs memberships that are products over premises, and knows "
             'of none; give the model premises, or take "polya-<d>"'
         )
-    return product_rules(loop.corners)
+    return loop.corners
 
 
 def _product_lmi(loop: DoubleSum, degree: int, X: Unknown | None = None) -> LMI:
-    rules = known_rules(loop)
-    simplexes = simplexes_of(rules)
-    sums = coefficients(rules, degree)
-
+    sums = coefficients(known_corners(loop), degree)
     ends = np.cumsum(sums.basis.sizes)[:-1]
 
     def label(item: int) -> str:
         powers = np.split(sums.basis.exponents[item], ends)
         corners = (
-            f"{simplex.name} at {' '.join(str(c + 1) for c in np.repeat(np.arange(len(p)), p))}"
-            for simplex, p in zip(simplexes, powers, strict=True)
+            f"z{k} at {' '.join(str(c + 1) for c in np.repeat(np.arange(len(p)), p))}"
+            for k, p in enumerate(powers, start=1)
         )
         return "corners " + ", ".join(corners)
 
@@ -258,18 +207,15 @@ def _product_lmi(loop: DoubleSum, degree: int, X: Unknown | None = None) -> LMI:
         None if X is None else _less(loop, sums, X),
         count=sums.count,
         label=label,
-        index=_index(simplexes, degree),
+        index=_index(len(sums.basis.sizes), degree),
         scale=sums.scale,
         printed=sums.total,
     )
 
 
-def _index(simplexes: tuple[Simplex, ...], degree: int) -> str:
+def _index(premises: int, degree: int) -> str:
     """Return which products w^k there are, and what their coefficients are means of."""
-    sides = r",\; ".join(
-        rf"|k_{{{number}}}| = {simplex.degree + degree}"
-        for number, simplex in enumerate(simplexes, start=1)
-    )
+    sides = r",\; ".join(rf"|k_{{{p}}}| = {2 + degree}" for p in range(1, premises + 1))
     if not degree:
         return sides + r",\; \mathcal{P}_k = \{(i,j) : h_i h_j = w^k\}"
     power = "" if degree == 1 else f"^{degree}"

@@ -14,15 +14,14 @@ import numpy as np
 from takagi.lmi.condition.statements import lmi_of
 from takagi.lmi.condition.unknown import Unknown, triangle
 from takagi.lmi.expressions.piece import Piece
-from takagi.lmi.sums.corner_rules import Corners
 from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand
 from takagi.lmi.sums.product_premises import (
     count_of,
-    known_rules,
+    known_corners,
     polya,
     product,
     product_liu_zhang,
-    simplexes_of,
+    sides_of,
 )
 from takagi.lmi.sums.slack_matrices import (
     SLACK_SHARE,
@@ -33,6 +32,7 @@ from takagi.lmi.sums.slack_matrices import (
     slack_name,
     slack_unknown,
 )
+from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError, did_you_mean
 
 # The most entries that are posed. Assembly and clarabel took about 65 bytes for each entry
@@ -81,7 +81,7 @@ class RelaxationSize:
 
 
 def relaxation_size(
-    name: str, rules: int, corners: Corners | None = None, *, size: int = 1
+    name: str, rules: int, corners: Indices | None = None, *, size: int = 1
 ) -> RelaxationSize:
     """Return how many LMIs, how wide, and how many slack variables; nothing is built.
 
@@ -138,7 +138,9 @@ def check_size(name: str, loop: DoubleSum) -> None:
     if entries <= MOST_ENTRIES:
         return
     smaller = []
-    for alternative in _applicable(loop):
+    for alternative in CHEAP:
+        if alternative == "product" and loop.corners is None:
+            continue
         less = size_of(alternative, loop)
         if less.entries(_unknown(loop, less)) <= min(entries, MOST_ENTRIES) and alternative != name:
             smaller.append(f"{alternative!r} ({less.lmis} LMIs, width {less.width})")
@@ -166,16 +168,11 @@ def _members(piece: Piece, rules: float) -> float:
     return rules if piece.members.ndim == 2 and 1 in piece.members.shape else rules**2
 
 
-def _applicable(loop: DoubleSum) -> tuple[str, ...]:
-    return tuple(name for name in CHEAP if name != "product" or loop.corners is not None)
-
-
 def _products(loop: DoubleSum, degree: int) -> tuple[int, float]:
-    """Return prod_k (D_k + d + s_k - 1 choose s_k - 1), and the mean number of rules in each."""
-    simplexes = simplexes_of(known_rules(loop))
-    items = prod(count_of(simplex.corners, simplex.degree + degree) for simplex in simplexes)
-    mean = prod(_polya(simplex.corners, simplex.degree + degree - 2)[1] for simplex in simplexes)
-    return items, mean
+    """Return prod_k (d + s_k + 1 choose s_k - 1), and the mean number of rules in each."""
+    sides = sides_of(known_corners(loop))
+    items = prod(count_of(side, 2 + degree) for side in sides)
+    return items, prod(_polya(side, degree)[1] for side in sides)
 
 
 def _polya(values: int, degree: int) -> tuple[int, float]:

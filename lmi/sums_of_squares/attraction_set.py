@@ -30,7 +30,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TypeAlias
 
 import numpy as np
 
@@ -42,7 +41,6 @@ from takagi.lmi.sums_of_squares.polynomial import Exponent, StatePolynomial, mon
 from takagi.models.arrays import Floats
 
 SOURCE = "Tan and Packard (2008), IEEE Transactions on Automatic Control 53, section III"
-Terms: TypeAlias = Mapping[Exponent, float]
 # Directions of the border, and how far outside of it V is made small.
 DIRECTIONS, OUTSIDE = 200, 1.1
 DIGITS = 9  # of coefficients between the steps
@@ -73,14 +71,14 @@ class Limited:
 class Squares:
     """left = z'S z + (y'Lambda y)(1 - V), z and y of degrees least to these.
 
-    S (N, N) and Lambda (M, M) in floating point; ``multiplier`` has the terms of y'Lambda y.
+    S (N, N) and Lambda (M, M) in floating point; ``multiplier`` is y'Lambda y.
     """
 
     S: Floats
     degree: int
     Lambda: Floats
     multiplier_degree: int
-    multiplier: Terms
+    multiplier: StatePolynomial
 
 
 def multipliers(
@@ -95,19 +93,23 @@ def multipliers(
     ``spare`` : whether Lambda too needs a margin, so that it may be rounded.
     """
     squares = []
-    below = _terms(V.power(0) + V.times(-1))
+    below = V.power(0) + V.times(-1)
     for left, least in _lines(field, limited, V):
-        z, y = _degrees(left.degree, V.degree)
+        y = max(1, -(-(left.degree - V.degree) // 2)) + (V.degree > 2)
+        z = V.degree // 2 + y
         entries = _entries(monomials(V.n, range(least, y + 1)))
-        parts = [_times(p, below, -1.0) for p in entries]
+        parts = [(p * below).times(-1) for p in entries]
         pencil = _Pencil(len(parts))
         pencil.semidefinite("Lambda", entries, strict=spare)
-        pencil.squares("S", monomials(V.n, range(least, z + 1)), _terms(left), parts)
+        pencil.squares("S", monomials(V.n, range(least, z + 1)), left, parts)
         outcome = decide(pencil.condition({}), most=number_of_solvers())
         if outcome.status != "candidate":
             return None
         S, Lambda = pencil.values(outcome.values, "S"), pencil.values(outcome.values, "Lambda")
-        squares.append(Squares(S, z, Lambda, y, _summed(entries, outcome.values["free"].ravel())))
+        multiplier = V.times(0)
+        for p, t in zip(entries, outcome.values["free"].ravel(), strict=False):
+            multiplier += p.times(Fraction(float(t)))
+        squares.append(Squares(S, z, Lambda, y, multiplier))
     return squares
 
 
@@ -121,7 +123,8 @@ def larger_function(
     """Return V of a degree with a larger set to first order about U; None where none is found."""
     n = U.n
     v = monomials(n, range(2, degree + 1))
-    below = _terms(U.power(0) + U.times(-1))
+    powers = [StatePolynomial(n, {a: Fraction(1)}) for a in v]
+    below = U.power(0) + U.times(-1)
     lines = list(zip(_lines(field, limited, U), squares, strict=True))
     multiplier_entries = [
         _entries(monomials(n, range(least, known.multiplier_degree + 1)))
@@ -131,28 +134,30 @@ def larger_function(
     place = len(v)
     for k, ((left, least), known) in enumerate(lines):
         entries = multiplier_entries[k]
-        parts: list[Terms] = [_times(known.multiplier, {a: 1.0}) for a in v]
+        parts = [known.multiplier * power for power in powers]
+        constant = (known.multiplier * U).times(-1)
         if k == 0:
-            slopes = [StatePolynomial(n, {a: Fraction(-1)}).along(field) for a in v]
-            parts = [_plus(p, _terms(q)) for p, q in zip(parts, slopes, strict=True)]
-        constant = _times(known.multiplier, _terms(U), -1.0)
-        if k > 0:
-            constant = _plus(constant, _terms(left))
+            parts = [p + q.along(field).times(-1) for p, q in zip(parts, powers, strict=True)]
+        else:
+            constant = constant + left
         columns = [*range(len(v)), *range(place, place + len(entries))]
-        parts += [_times(p, below, -1.0) for p in entries]
+        parts += [(p * below).times(-1) for p in entries]
         pencil.semidefinite(f"Lambda {k}", entries, strict=False, first=place)
         z = monomials(n, range(least, known.degree + 1))
         pencil.squares(f"S {k}", z, constant, parts, columns)
         place += len(entries)
-    half, size = monomials(n, range(1, degree // 2 + 1)), _terms(U)
-    for sign, name in ((1.0, "least"), (-1.0, "most")):
-        constant = {a: (TRUST - sign) * c for a, c in size.items()}
-        pencil.squares(name, half, constant, [{a: sign} for a in v])
+    half = monomials(n, range(1, degree // 2 + 1))
+    for sign, name in ((1, "least"), (-1, "most")):
+        constant = U.times(Fraction(TRUST - sign))
+        pencil.squares(name, half, constant, [power.times(sign) for power in powers])
     points, weights = _outside(U)
     cost = {j: float(weights @ np.prod(points ** np.array(a), axis=1)) for j, a in enumerate(v)}
     outcome = optimise(pencil.condition(cost), slack=1e-2, inside=1e-5, most=number_of_solvers())
     values = outcome.values if outcome.status == "candidate" else outcome.feasible
-    return _rounded(n, dict(zip(v, values["free"].ravel(), strict=False))) if values else None
+    if not values:
+        return None
+    found = zip(v, values["free"].ravel().tolist(), strict=False)
+    return _rounded(StatePolynomial(n, {a: Fraction(c) for a, c in found}))
 
 
 def largest_set(
@@ -170,8 +175,8 @@ def largest_set(
     for level in LEVELS:
         V = first.times(Fraction(1 / level))
         if V.degree < degree:
-            V = V + _norm(V.n).power(degree // 2).times(Fraction(ROUND))
-        V = _rounded(V.n, _terms(V))
+            V = V + StatePolynomial.quadratic(np.eye(V.n)).power(degree // 2).times(Fraction(ROUND))
+        V = _rounded(V)
         squares = multipliers(field, limited, V)
         if squares is not None:
             break
@@ -185,7 +190,7 @@ def largest_set(
         U, squares = V, None
         for share in SHARES:
             mixture = full_step.times(Fraction(share)) + U.times(Fraction(1 - share))
-            V = _rounded(V.n, _terms(mixture))
+            V = _rounded(mixture)
             squares = multipliers(field, limited, V) if volume(V) > volume(U) else None
             if squares is not None:
                 break
@@ -234,12 +239,6 @@ def _lines(
         yield quantity.room, 0
 
 
-def _degrees(left: int, V: int) -> tuple[int, int]:
-    """Return the degrees of z and y for a left side and a V of these degrees."""
-    y = max(1, -(-(left - V) // 2)) + (V > 2)
-    return V // 2 + y, y
-
-
 class _Pencil:
     """LMIs D_0 + sum_k t_k D_k > 0 in numbers t: the caller's first, then the free entries of S."""
 
@@ -248,7 +247,7 @@ class _Pencil:
         self.blocks: dict[str, tuple[Floats, list[int], list[Floats], bool]] = {}
 
     def semidefinite(
-        self, name: str, entries: Sequence[Terms], *, strict: bool, first: int = 0
+        self, name: str, entries: Sequence[StatePolynomial], *, strict: bool, first: int = 0
     ) -> None:
         """Add Lambda >= 0; its entries on and above the diagonal are the numbers from ``first``."""
         size = int((2 * len(entries)) ** 0.5)
@@ -265,8 +264,8 @@ class _Pencil:
         self,
         name: str,
         z: Sequence[Exponent],
-        constant: Terms,
-        parts: Sequence[Terms],
+        constant: StatePolynomial,
+        parts: Sequence[StatePolynomial],
         columns: Sequence[int] | None = None,
     ) -> None:
         """Add S > 0 with z'S z = constant + sum_k t_k parts_k, k in ``columns``; all without."""
@@ -276,11 +275,11 @@ class _Pencil:
                 cells.setdefault(_sum(a, z[j]), []).append((i, j))
         N = len(z)
 
-        def gram(terms: Terms) -> Floats:
+        def gram(p: StatePolynomial) -> Floats:
             S = np.zeros((N, N))
-            for monomial, c in terms.items():
+            for monomial, c in p.terms.items():
                 for i, j in cells[monomial]:
-                    share = c / len(cells[monomial])
+                    share = float(c) / len(cells[monomial])
                     S[i, j] += share if i == j else share / 2
                     S[j, i] += 0 if i == j else share / 2
             return S
@@ -345,52 +344,20 @@ def _cell(size: int, i: int, j: int) -> Floats:
     return D
 
 
-def _entries(y: Sequence[Exponent]) -> list[Terms]:
+def _entries(y: Sequence[Exponent]) -> list[StatePolynomial]:
     """Return what each entry of Lambda, on and above the diagonal, adds to y'Lambda y."""
-    return [
-        {_sum(a, y[j]): 1.0 if i == j else 2.0} for i, a in enumerate(y) for j in range(i, len(y))
-    ]
-
-
-def _summed(parts: Sequence[Terms], numbers: Floats) -> dict[Exponent, float]:
-    total: dict[Exponent, float] = {}
-    for terms, t in zip(parts, numbers, strict=False):
-        for a, c in terms.items():
-            total[a] = total.get(a, 0.0) + float(t) * c
-    return total
-
-
-def _terms(p: StatePolynomial) -> dict[Exponent, float]:
-    return {a: float(c) for a, c in p.terms.items()}
-
-
-def _plus(p: Terms, q: Terms) -> dict[Exponent, float]:
-    return {a: p.get(a, 0.0) + q.get(a, 0.0) for a in {**p, **q}}
-
-
-def _times(p: Terms, q: Terms, factor: float = 1.0) -> dict[Exponent, float]:
-    total: dict[Exponent, float] = {}
-    for a, c in p.items():
-        for b, d in q.items():
-            key = _sum(a, b)
-            total[key] = total.get(key, 0.0) + factor * c * d
-    return total
+    pairs = ((i, j) for i in range(len(y)) for j in range(i, len(y)))
+    return [StatePolynomial(len(y[0]), {_sum(y[i], y[j]): Fraction(1 + (i < j))}) for i, j in pairs]
 
 
 def _sum(a: Exponent, b: Exponent) -> Exponent:
     return tuple(p + q for p, q in zip(a, b, strict=True))
 
 
-def _rounded(n: int, terms: Terms) -> StatePolynomial:
+def _rounded(V: StatePolynomial) -> StatePolynomial:
     """Return the polynomial with coefficients of a few digits; what is rounding is left out."""
+    terms = {a: float(c) for a, c in V.terms.items()}
     least = 1e-12 * max(map(abs, terms.values()), default=0.0)
     return StatePolynomial(
-        n, {a: Fraction(f"{c:.{DIGITS}g}") for a, c in terms.items() if abs(c) > least}
-    )
-
-
-def _norm(n: int) -> StatePolynomial:
-    """Return x'x."""
-    return StatePolynomial(
-        n, {tuple(2 * int(i == k) for i in range(n)): Fraction(1) for k in range(n)}
+        V.n, {a: Fraction(f"{c:.{DIGITS}g}") for a, c in terms.items() if abs(c) > least}
     )

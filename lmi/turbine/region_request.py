@@ -109,7 +109,11 @@ def regional_gain_condition(
         *state_lmis(Q, box),
     ]
     for bound in bounds:
-        _check_bound(bound, n)
+        if not bound.limit > 0 or bound.offset.shape != (n,):
+            raise ModelError(
+                f"{bound.name}: limit {bound.limit!r} and offset of shape {bound.offset.shape} "
+                f"were given; a limit above 0 and one offset per state ({n}) are needed"
+            )
         if bound.minimised or np.any(bound.offset):
             statements += _demand(Q, M, mu, bound)
         else:
@@ -126,14 +130,6 @@ def regional_gain_condition(
 
 def _each(M: Unknown) -> Expression:
     return M.members(np.arange(M.count), "M_{i}")
-
-
-def _check_bound(bound: ActuatorBound, n: int) -> None:
-    if not bound.limit > 0 or bound.offset.shape != (n,):
-        raise ModelError(
-            f"{bound.name}: limit {bound.limit!r} and offset of shape {bound.offset.shape} were "
-            f"given; a limit above 0 and one offset per state ({n}) are needed"
-        )
 
 
 def _demand(Q: Unknown, M: Unknown, mu: Unknown, bound: ActuatorBound) -> list[Inequality]:
@@ -232,7 +228,9 @@ def region_request(
             f"{', '.join(model.states)}, the model is exact up to {box}; ask for smaller errors or "
             "make the model with wider bands"
         )
-    points = [trim(turbine, v, speed_setpoint=speed_setpoint) for v in _winds(model)]
+    low, high = (float(end) for end in model.box[WIND_ESTIMATE])
+    winds = np.linspace(low, high, WIND_SAMPLES).tolist()
+    points = [trim(turbine, v, speed_setpoint=speed_setpoint) for v in winds]
     bounds = (_pitch_bounds if with_pitch else _torque_bounds)(turbine, points)
     # The integral of an error that decays at the required rate has this size.
     ranges = np.where(np.isfinite(box), box, box[0] / requirement.decay_rate)
@@ -259,11 +257,6 @@ def _corners(requirement: Requirement, states: int) -> Floats:
     if states == 2:
         return np.array([[e, 0.0]])
     return np.array([[first, second, 0.0] for first, second in product((e,), (p, -p))])
-
-
-def _winds(model: TSModel) -> tuple[float, ...]:
-    low, high = (float(end) for end in model.box[WIND_ESTIMATE])
-    return tuple(float(v) for v in np.linspace(low, high, WIND_SAMPLES))
 
 
 def _torque_bounds(turbine: Turbine, points: list[TrimPoint]) -> tuple[ActuatorBound, ...]:

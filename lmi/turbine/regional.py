@@ -241,16 +241,17 @@ def region_gains(
     Q, M = outcome.values["Q"][0], outcome.values["M"][:, 0, :]
     K = np.linalg.solve(Q, M.T).T * task.unit / task.scales
     P = np.linalg.inv(Q) / np.outer(task.scales, task.scales)
+    bounds = {}
+    for bound in task.bounds:
+        rows = K + bound.offset
+        # max |row x| over the rows and x' P x <= 1.
+        squares = np.einsum("ij,ji->i", rows, np.linalg.solve(P, rows.T))
+        bounds[bound.name] = (bound.limit, float(np.sqrt(squares.max())))
     return replace(
         without,
         k_x=K[:, :-1],
         k_I=-K[:, -1],
         P=P,
         decay_rate=rate_of(model.A - model.B @ K[:, None, :], P),
-        bounds={b.name: (b.limit, _largest(P, K + b.offset)) for b in task.bounds},
+        bounds=bounds,
     )
-
-
-def _largest(P: Floats, rows: Floats) -> float:
-    """Return max |row x| over the rows and x' P x <= 1."""
-    return float(np.sqrt(np.einsum("ij,ji->i", rows, np.linalg.solve(P, rows.T)).max()))

@@ -172,7 +172,7 @@ def fuzzy_lyapunov(
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
 
-    Returns an ``Answer``: ``family`` is P(h), ``decay_rate`` what it shows, recomputed from it.  A
+    Returns an ``Answer``: ``lyapunov_function`` is P(h), ``decay_rate`` what it shows.  A
     no is about P of this degree and these coefficients; the diagnosis says so, or names a blend
     that is unstable by itself.  Nothing is proved here.
 

@@ -356,46 +356,38 @@ def function_at_points(
     w, loop_matrix = np.asarray(blends, dtype=np.float64), sought.A
     rate = decay_parameter(decay_rate, step)
     G = np.tensordot(loop_matrix.basis.values(w), loop_matrix.values.astype(np.float64), axes=1)
+    B = basis.values(w)
     if step is None:
-        slopes = np.array([_slopes(basis, velocity, w) for velocity in sought.motion.velocities])
-        decrease = _falling(P, basis.values(w), slopes, G, rate, weight)
+        # dB_a/dt at the blends, velocity after velocity.
+        slopes = np.concatenate(
+            [
+                sum(
+                    (slope.basis.values(w) @ slope.weights for slope in directions),
+                    start=np.zeros_like(B),
+                )
+                for directions in (
+                    UnknownPolynomial.of(basis).derivatives(v) for v in sought.motion.velocities
+                )
+            ]
+        )
+        many = len(slopes) // len(w)
+        blend = _blended(P, np.tile(B, (many, 1)))
+        falling = He(blend @ matrix(np.tile(G, (many, 1, 1)), "G(h_k)"))
+        decrease = falling + _blended(P, slopes) + 2 * rate * blend << 0
     else:
-        decrease = _next_falling(P, basis.values(w), G, rate, weight)
+        now = _blended(P, np.repeat(B, P.count, axis=0))
+        following = P.members(np.tile(np.arange(P.count), len(G)), "P_c")
+        G_k = matrix(np.repeat(G, P.count, axis=0), "G(h_k)")
+        decrease = block([[rate * now, G_k.T @ following], [None, following]]) >> 0
+    count = decrease.expression.count
+    labels = tuple(f"blend {k + 1}" for k in range(count))
     condition = pose(
         *polynomial_lmis(sought),
-        decrease,
+        decrease.named("decrease", rf"k = 1, \dots, {count}", weight=weight, labels=labels),
         name="function of the memberships at single blends",
         source="necessary for every relaxation",
     )
     return decided_lyapunov(condition, loop, s, basis, "lower the rate bounds or the decay rate")
-
-
-def _slopes(basis: Basis, velocity: tuple[Floats, ...], w: Floats) -> Floats:
-    """Return dB_a/dt at the blends, (N, count)."""
-    rates = np.zeros((len(w), basis.count))
-    for slope in UnknownPolynomial.of(basis).derivatives(velocity):
-        rates += slope.basis.values(w) @ slope.weights
-    return rates
-
-
-def _falling(
-    P: Unknown, B: Floats, slopes: Floats, G: Floats, rate: Parameter, weight: float
-) -> Inequality:
-    """Pose the continuous inequality: B (N, count), slopes (velocities, N, count), G (N, n, n)."""
-    many = len(slopes)
-    blend = _blended(P, np.tile(B, (many, 1)))
-    falling = He(blend @ matrix(np.tile(G, (many, 1, 1)), "G(h_k)"))
-    return _named(
-        falling + _blended(P, slopes.reshape(-1, P.count)) + 2 * rate * blend << 0, weight
-    )
-
-
-def _next_falling(P: Unknown, B: Floats, G: Floats, rate: Parameter, weight: float) -> Inequality:
-    """Pose the discrete inequality: B (N, count), G (N, n, n)."""
-    now = _blended(P, np.repeat(B, P.count, axis=0))
-    following = P.members(np.tile(np.arange(P.count), len(G)), "P_c")
-    G_k = matrix(np.repeat(G, P.count, axis=0), "G(h_k)")
-    return _named(block([[rate * now, G_k.T @ following], [None, following]]) >> 0, weight)
 
 
 def _blended(P: Unknown, weights: Floats) -> Expression:
@@ -404,9 +396,3 @@ def _blended(P: Unknown, weights: Floats) -> Expression:
     for a in range(1, P.count):
         total += matrix(weights[:, a, None, None], f"b_{{k,{a + 1}}}") * P.member(a)
     return total
-
-
-def _named(decrease: Inequality, weight: float) -> Inequality:
-    count = decrease.expression.count
-    labels = tuple(f"blend {k + 1}" for k in range(count))
-    return decrease.named("decrease", rf"k = 1, \dots, {count}", weight=weight, labels=labels)

@@ -29,7 +29,6 @@ from takagi.certificates.claims.turbine.published import Span, merged
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.requests.tracking import jump_shares
-from takagi.lmi.turbine.one_step.design_point import OBJECTIVES
 from takagi.models.arrays import Floats
 from takagi.models.plant.plant import Variable
 from takagi.reports.loops.plant_loop import PlantLoop, claimed_matrix, proved_claims
@@ -299,6 +298,8 @@ def synthesis_words(design: TurbineDesign) -> str:
 
 def objective_name(design: TurbineDesign) -> str:
     """Return the name of what one step of synthesis made better, or "weights of its own"."""
+    from takagi.lmi.turbine.one_step.design import OBJECTIVES
+
     aim = design.settings.objective
     return next(
         (name for name, objective in OBJECTIVES.items() if objective == aim), "weights of its own"

@@ -198,7 +198,7 @@ def test_a_second_design_replaces_the_first_and_leaves_the_rest(asked: Any, tmp_
 
 def test_the_synthesis_that_is_asked_for_reaches_the_design(asked: Any, tmp_path: Path) -> None:
     """Two steps are the default; --one-step and --objective set their fields."""
-    from takagi.lmi.turbine.one_step.design_point import OBJECTIVES
+    from takagi.lmi.turbine.one_step.design import OBJECTIVES
 
     for options, synthesis, objective in (
         ((), "two-step", None),

@@ -137,7 +137,7 @@ def test_vertices_that_make_no_sense(vertices: object, message: str) -> None:
     ("inputs", "message"),
     [
         (np.zeros((2, 2, 1)), "input 1 of 1: its column of B is zero in every vertex.*leave it"),
-        (np.tile([[1.0, 2.0], [2.0, 4.0]], (2, 1, 1)), "B has rank 1 over all.*but 2.*merge them"),
+        (np.tile([[1.0, 2.0], [2.0, 4.0]], (2, 1, 1)), "B: rank 1 over all.*but 2.*merge them"),
         (np.zeros((2, 2, 0)), "no inputs; B needs at least one"),
         (np.ones((3, 2, 1)), r"B has shape \(3, 2, 1\), A has \(2, 2, 2\)"),
         (np.ones((2, 1)), r"B has shape \(2, 1\), A has \(2, 2, 2\); B must be \(r, n, m\)"),
@@ -156,7 +156,7 @@ def test_inputs_that_make_no_sense(inputs: object, message: str) -> None:
     ("outputs", "message"),
     [
         (np.zeros((2, 1, 2)), "output 1 of 1: its row of C is zero in every vertex"),
-        (np.ones((2, 2, 2)), "C has rank 1 over all vertices, but 2 outputs"),
+        (np.ones((2, 2, 2)), "C: rank 1 over all vertices, but 2 outputs"),
         (np.ones((3, 1, 2)), r"C has shape \(3, 1, 2\), A has \(2, 2, 2\); C must be \(r, p, n\)"),
         (np.full((2, 1, 2), np.nan), r"vertex 1 of 2: C\[0, 0\] is nan"),
         (None, "has no C; outputs are needed, give C"),

@@ -21,8 +21,7 @@ from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.turbine.effort_sharing_gains import EffortSharingGainDesign
 from takagi.certificates.document.certificate_file import dumps
-from takagi.lmi.turbine.one_step.design import OneStepDesign
-from takagi.lmi.turbine.one_step.design_point import ReachedValues
+from takagi.lmi.turbine.one_step.design import OneStepDesign, ReachedValues
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopFunctions
 from takagi.models import Interval, Plant, Variable
 from takagi.models.turbine.trim import trim

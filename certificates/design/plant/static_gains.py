@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from takagi.certificates.design.plant.norm_wish import NormWish
     from takagi.certificates.requests.loop.loop import ClaimedLoop
     from takagi.lmi import Design
-    from takagi.lmi.gains.descent.gain_loops import GainLoops
+    from takagi.lmi.gains.descent.many_starts import GainLoops
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
@@ -378,7 +378,7 @@ def _with_function(loops: GainLoops, F: Floats, enough: float) -> Floats:
 
 def _loops(search: _Search, share: float, price: float) -> GainLoops:
     """Return the loops of the module's text, with (u, v) = -F (y, x_c)."""
-    from takagi.lmi.gains.descent.gain_loops import GainLoops
+    from takagi.lmi.gains.descent.many_starts import GainLoops
 
     task, wish, s, u, speed = search
     model, rate = task.model, task.rate

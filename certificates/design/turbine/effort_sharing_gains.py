@@ -27,8 +27,7 @@ from takagi.certificates.claims.turbine.effort_sharing import (
 )
 from takagi.certificates.design.design import StepClock, Tell
 from takagi.certificates.design.turbine.settings import DesignSettings, Synthesis
-from takagi.lmi.turbine.one_step.design import STEPS, OneStepDesign, one_step_gains
-from takagi.lmi.turbine.one_step.design_point import Objective
+from takagi.lmi.turbine.one_step.design import STEPS, Objective, OneStepDesign, one_step_gains
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import (

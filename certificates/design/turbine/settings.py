@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_BOX, DEFAULT_UNCERTAINTY
-from takagi.lmi.turbine.one_step.design_point import OBJECTIVES, Objective
+from takagi.lmi.turbine.one_step.design import OBJECTIVES, Objective
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import DEFAULT_WIND_FILTER, LoopBox, LoopUncertainty
 from takagi.models.laws.effort_sharing.schedule import DEFAULT_EFFECTIVENESS_SHARE

@@ -37,19 +37,16 @@ Source: Abedor, Nagpal, Poolla (1996), Int. J. Robust and Nonlinear Control 6.
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.linalg import (
     solve_continuous_are,
     solve_continuous_lyapunov,
     solve_discrete_are,
-    solve_discrete_lyapunov,
 )
 
+from takagi.lmi.analysis.common_quadratic import lyapunov, unwarned
 from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, largest_response
 from takagi.lmi.analysis.disturbance.loop_norm import largest_gain
 from takagi.lmi.cone.balance import state_units
@@ -78,7 +75,7 @@ def bounded_real(A: Floats, B: Floats, C: Floats, D: Floats, *, tolerance: float
         return None
     norm = largest_gain(A, B, C, D).gain
     # The size of a state is that of its own effect on the output.
-    size = np.diag(_quiet(solve_continuous_lyapunov, A.T, -C.T @ C))
+    size = np.diag(unwarned(solve_continuous_lyapunov, A.T, -C.T @ C))
     if not (np.isfinite(norm) and norm > 0 and np.isfinite(size).all() and size.max() > 0):
         return None
     root = np.diag(np.sqrt(np.maximum(size, SMALLEST_WEIGHT * size.max())))
@@ -92,24 +89,19 @@ def bounded_real(A: Floats, B: Floats, C: Floats, D: Floats, *, tolerance: float
     weight = (C.T @ C + root @ root) / gamma
     cross = C.T @ D / gamma
     try:
-        P = _quiet(solve_continuous_are, A, B, weight, -S, s=cross)
+        P = unwarned(solve_continuous_are, A, B, weight, -S, s=cross)
         for _ in range(STEPS):
             P = (P + P.T) / 2.0
             F = np.linalg.solve(S, B.T @ P + cross.T)
             residual = A.T @ P + P @ A + (P @ B + cross) @ F + weight
-            P = P + _quiet(solve_continuous_lyapunov, (A + B @ F).T, -(residual + residual.T) / 2.0)
+            P = P + unwarned(
+                solve_continuous_lyapunov, (A + B @ F).T, -(residual + residual.T) / 2.0
+            )
     except (np.linalg.LinAlgError, ValueError):
         return None
     P = (P + P.T) / 2.0
     good = np.isfinite(P).all() and np.diag(P).min() > 0
     return P / s / s[:, None] if good else None
-
-
-def _quiet(solve: Callable[..., Any], *arguments: Floats, **named: Floats) -> Floats:
-    """Return a scipy solver's result in floats without its warnings: P is checked elsewhere."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)
-        return np.asarray(solve(*arguments, **named), dtype=np.float64)
 
 
 def gramian_with_room(
@@ -146,22 +138,7 @@ def _solved(A: Floats, weight: Floats, sample_time: float | None) -> Floats | No
     """Return P of the Lyapunov equation with -weight on its right; None where A is not stable."""
     poles = np.linalg.eigvals(A)
     stable = poles.real.max() < 0 if sample_time is None else np.abs(poles).max() < 1
-    return _lyapunov(A, weight, sample_time) if stable else None
-
-
-def _lyapunov(A: Floats, weight: Floats, sample_time: float | None) -> Floats | None:
-    """Return P with A' P + P A + weight = 0, or A' P A - P + weight = 0; None where there is none.
-
-    Nothing is claimed here: a later check of P shows whether it is accurate enough.
-    """
-    try:
-        if sample_time is None:
-            P = _quiet(solve_continuous_lyapunov, A.T, -weight)
-        else:
-            P = _quiet(solve_discrete_lyapunov, A.T, weight)
-    except np.linalg.LinAlgError:
-        return None
-    return (P + P.T) / 2
+    return lyapunov(A, weight, sample_time) if stable else None
 
 
 # The Riccati equation is solved for a gamma above the norm, by this factor; the norm is estimated
@@ -338,7 +315,7 @@ class OneVertex:
             A = self.A + 0.5 * sigma * np.eye(len(self.A))
         else:
             A = self.A / np.sqrt(1.0 - sigma)
-        Q = _lyapunov(A.T, weight, self.step)
+        Q = lyapunov(A.T, weight, self.step)
         if Q is None:
             return None
         # A disturbance may reach some states only: then Q is singular, and rounding decides.

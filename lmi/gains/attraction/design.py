@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.analysis.gain_pairs import gain_stack, pairs_of
 from takagi.lmi.answer import Answer, Design
-from takagi.lmi.argument_checks import Vertices, check_stabilisable, input_stack, vertex_stack
+from takagi.lmi.argument_checks import Vertices, input_stack, vertex_stack
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.cone.balance import balanced_inputs, balanced_states, nearest_power
+from takagi.lmi.cone.balance import balanced_states, nearest_power
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.gains.attraction.condition import (
@@ -21,6 +21,7 @@ from takagi.lmi.gains.attraction.condition import (
     attraction_request,
 )
 from takagi.lmi.gains.decay.condition import Controlled
+from takagi.lmi.gains.requirements.closed_loop import check_stabilisable
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -212,12 +213,7 @@ def attraction_pdc(
         sample_time=sample_time,
     )
     task = replace(task, sought=True)
-    s = balanced_states(A)
-    units = balanced_inputs(B / s[:, None], vertex_weight(A * s / s[:, None]) / 2)
-    names = tuple(getattr(model, "states", ()))
-    check_stabilisable(
-        A * s / s[:, None], B * units / s[:, None], units=s, names=names, step=task.step
-    )
+    check_stabilisable(A, B, names=getattr(model, "states", ()), step=task.step)
     condition, outcome, s, tau = largest_ellipsoid(task)
     answer = _answer(condition, outcome, s, task)
     gains = None

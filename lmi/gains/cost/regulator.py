@@ -263,7 +263,10 @@ def lqr_pdc(
     )
     plain = pdc(model, relaxation=relaxation, scales=scales, sample_time=sample_time)
     if plain.gains is None or plain.P is None:
-        return _without_gains(plain)
+        # Without gains that stabilise there is no finite cost.
+        advice = plain.answer.diagnosis.replace("lower the decay rate, or ", "")
+        advice = advice.replace("lower the decay rate a little, or ", "")
+        return replace(plain, answer=replace(plain.answer, diagnosis=advice))
     guess = _mean_cost(task, state_units(A, scales, step=step))
     condition, outcome, units = _solved(task, guess, relaxation)
     if outcome.status != "candidate":
@@ -387,25 +390,9 @@ def _cost_of(task: _Task, gains: Floats, P: Floats) -> Floats:
     return np.asarray(P * size)
 
 
-def _without_gains(plain: Design) -> Design:
-    """Return the no of ``pdc``: without gains that stabilise there is no finite cost."""
-    diagnosis = plain.answer.diagnosis.replace("lower the decay rate, or ", "")
-    answer = replace(
-        plain.answer, diagnosis=diagnosis.replace("lower the decay rate a little, or ", "")
-    )
-    return replace(plain, answer=answer)
-
-
 def _unit_of_cost(task: _Task, units: _CostUnits) -> float:
     """Return the cost that an objective of 1 stands for."""
     return float(np.linalg.norm(np.linalg.solve(units.states, task.factor), 2)) ** 2
-
-
-def _unsettled(outcome: Outcome, task: _Task, units: _CostUnits) -> str:
-    """Return why there is no least cost; the objective is the cost for deviations of norm 1."""
-    size = _unit_of_cost(task, units)
-    reason = not_least(size * outcome.objective, size * outcome.lower_bound)
-    return f"gains exist, but {reason}; {UNSETTLED}"
 
 
 def _cost_design(
@@ -421,13 +408,16 @@ def _cost_design(
         K = without_rounding(K, units.states @ S @ units.states.T)
         gains = np.broadcast_to(K, (len(task.A), *K.shape[1:])).copy()
         cost = float(np.trace(task.factor.T @ P @ task.factor))
+    size = _unit_of_cost(task, units)
+    # The objective is the cost for deviations of norm 1.
+    reason = not_least(size * outcome.objective, size * outcome.lower_bound)
     answer = replace(
         outcome.as_answer(condition, None),
         status=status,
         P=P,
         feasible=outcome.feasible,
-        objective_unit=ObjectiveUnit("cost", _unit_of_cost(task, units)),
-        diagnosis="" if P is not None else _unsettled(outcome, task, units),
+        objective_unit=ObjectiveUnit("cost", size),
+        diagnosis="" if P is not None else f"gains exist, but {reason}; {UNSETTLED}",
     )
     return Design(
         gains=gains,

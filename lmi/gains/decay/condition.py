@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.argument_checks import (
-    check_stabilisable,
     corners_of,
     decay_parameter,
     fixed_mode,
@@ -33,7 +32,12 @@ from takagi.lmi.cone.balance import (
     state_units,
 )
 from takagi.lmi.expressions.expression import block, identity
-from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_unknown, region_sums
+from takagi.lmi.gains.requirements.closed_loop import (
+    check_stabilisable,
+    closed_loop,
+    gain_unknown,
+    region_sums,
+)
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits, limit_lmis
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation, relaxation_named
@@ -72,11 +76,6 @@ class DecayRequest:
     s: Floats
     tau: Floats
 
-    @property
-    def gain_numbers(self) -> int:
-        """Return how many numbers one gain for each rule has, r m n."""
-        return self.B.size
-
     def condition(self, decay_rate: float, relaxation: str | Relaxation) -> Condition:
         """Return the LMIs at this decay rate, in the scaled coordinates."""
         return pdc_condition(
@@ -86,11 +85,6 @@ class DecayRequest:
             limits=self.limits.scaled(self.s, self.tau),
             region=self.region,
         )
-
-    def double_sums(self, relaxation: str) -> tuple[DoubleSum, ...]:
-        """Return what a relaxation is posed of, to know its size before it is."""
-        step = self.sample_time
-        return double_sums(self, self.decay_rate, relaxation, self.region, step)[2]
 
     def in_units_of(self, Q: Floats) -> DecayRequest:
         """Return the task in states where Q, found in the present ones, has a diagonal near 1.
@@ -151,8 +145,7 @@ def decay_request(
         tau=tau,
     )
     names = tuple(getattr(model, "states", ()))
-    balanced, scaled_B, d = _balanced(task.A, task.B, step)
-    check_stabilisable(balanced, scaled_B, units=s * d, names=names, step=step)
+    check_stabilisable(task.A, task.B, units=s, names=names, step=step)
     return task
 
 
@@ -281,8 +274,7 @@ def double_sums(
     )
     if region is None:
         return Q, M, (loop,)
-    corners = loop.corners
-    return Q, M, (loop, *region_sums(A, B, Q, M, region, corners=corners))  # type: ignore[arg-type]
+    return Q, M, (loop, *region_sums(A, B, Q, M, region, corners=loop.corners))
 
 
 def size_of_motion(A: Array, alpha: float, step: float | None) -> float:

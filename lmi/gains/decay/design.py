@@ -135,9 +135,10 @@ def design_at(task: DecayRequest, decay_rate: float, relaxation: str) -> Design:
         return _no_by_fixed_mode(task, fixed, decay_rate, relaxation)
     limited = decided(task, decay_rate, relaxation)
     if limited.outcome.status == "candidate":
+        factored = sum(lmi.count * triangle(lmi.size) ** 2 for lmi in limited.condition.lmis)
         less = (
             improve_by_rounds(limited.condition, limited.outcome)
-            if limited.outcome.multipliers and _entries(limited.condition) > MOST_AT_ONCE
+            if limited.outcome.multipliers and factored > MOST_AT_ONCE
             else improve(limited.condition, limited.outcome, assembled=limited.data)
         )
         limited = replace(limited, outcome=less)
@@ -200,11 +201,6 @@ def decided(
     ):
         last_outcome = replace(last_outcome, status="unknown", bound=np.inf)
     return replace(last, outcome=replace(last_outcome, tries=(*tries, *last_outcome.tries)))
-
-
-def _entries(condition: Condition) -> int:
-    """Return about how many numbers a solver factors."""
-    return sum(lmi.count * triangle(lmi.size) ** 2 for lmi in condition.lmis)
 
 
 def _first_look(condition: Condition, data: Assembled) -> Outcome:

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from takagi.lmi.analysis.common_quadratic import lyapunov
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.models.arrays import Floats
@@ -118,12 +119,7 @@ def _holding(A: Floats, B: Floats, C: Floats, D: Floats, V: Floats) -> tuple[Flo
 
 def _regulated(A: Floats, B: Floats, plant: DisturbedPlant) -> tuple[Floats, Floats, float] | None:
     """Return gains, the Lyapunov function of their loop, and its slowest rate; None if unstable."""
-    from scipy.linalg import (
-        solve_continuous_are,
-        solve_continuous_lyapunov,
-        solve_discrete_are,
-        solve_discrete_lyapunov,
-    )
+    from scipy.linalg import solve_continuous_are, solve_discrete_are
 
     discrete = plant.sample_time is not None
     n, m = B.shape
@@ -142,16 +138,10 @@ def _regulated(A: Floats, B: Floats, plant: DisturbedPlant) -> tuple[Floats, Flo
             rate = float(-poles.real.max())
         else:
             rate = float(-np.log(max(np.abs(poles).max(), DEAD)) / plant.sample_time)
-        if not rate > 0:
-            return None
-        P = (
-            solve_discrete_lyapunov(loop.T, eye)
-            if discrete
-            else solve_continuous_lyapunov(loop.T, -eye)
-        )
     except (np.linalg.LinAlgError, ValueError):
         return None
-    return np.asarray(K), np.asarray((P + P.T) / 2), rate
+    P = lyapunov(loop, eye, plant.sample_time) if rate > 0 else None
+    return None if P is None else (K, P, rate)
 
 
 def _kernel(M: Floats) -> Floats:

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.argument_checks import (
-    check_stabilisable,
+    check_independent,
     corners_of,
     decay_parameter,
     sample_time_of,
@@ -36,7 +36,7 @@ from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.statements import pose, positive_definite
 from takagi.lmi.condition.term import LMI, Array, Condition
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.cone.balance import motion, nearest_power, state_units
+from takagi.lmi.cone.balance import motion, nearest_power
 from takagi.lmi.expressions.expression import Expression, Parameter, matrix
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, region_sums
 from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
@@ -45,6 +45,7 @@ from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.premise import Premise
+from takagi.models.ts.vertex_arrays import finite_array
 
 # Margin of Theta for a margin 1 of Q.  At the least gain Q tends to be singular, and the gains
 # without bound; what margin there is should go to Q.
@@ -278,7 +279,7 @@ def plant_of(
         )
     E = _stack("E", E, (r, n, np.shape(E)[-1]))
     C, D12, D11 = _outputs(model, performance, (r, n, B.shape[2], E.shape[2]))
-    _check_inputs(B, D12)
+    check_independent(np.concatenate([B, D12], axis=1), "B and D12")
     if not (E.any() or D11.any()) or not (C.any() or D12.any() or D11.any()):
         name = "E" if not E.any() else "C1"
         raise ModelError(
@@ -295,32 +296,6 @@ def plant_of(
         premises=tuple(getattr(model, "premises", ())),
         rules=tuple(getattr(model, "rules", ())),
     )
-
-
-def check_reachable(plant: DisturbedPlant, names: Sequence[str] = ()) -> None:
-    """Raise ModelError for a vertex with an undamped mode that no input moves."""
-    step = plant.sample_time
-    s = state_units(plant.A, None, step=step)
-    A, B = plant.A * s / s[:, None], plant.B / s[:, None]
-    B = B / np.maximum(np.linalg.norm(B, axis=(0, 1)), 1e-300)
-    check_stabilisable(A, B, units=s, names=tuple(names), step=step)
-
-
-def _check_inputs(B: Floats, D12: Floats) -> None:
-    """Raise ModelError for an input without an effect of its own on the states and the output."""
-    effect = np.concatenate([B, D12], axis=1).reshape(-1, B.shape[2])
-    size = np.abs(effect).max(axis=0)
-    for k in np.flatnonzero(size == 0):
-        raise ModelError(
-            f"input {k + 1} of {len(size)}: its columns of B and D12 are zero in every vertex, so "
-            "it does nothing; leave it out"
-        )
-    singular = np.linalg.svd(effect / size, compute_uv=False)
-    if len(singular) < len(size) or singular[-1] <= 1e-12 * singular[0]:
-        raise ModelError(
-            f"B and D12 have rank {int((singular > 1e-12 * singular[0]).sum())} over all vertices, "
-            f"but {len(size)} inputs: one is a combination of the others; merge them"
-        )
 
 
 def _outputs(
@@ -355,19 +330,10 @@ def _outputs(
 
 
 def _stack(name: str, value: ArrayLike, shape: tuple[int, int, int]) -> Floats:
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ModelError(
-            f"{name} cannot be read as an array of numbers ({error}); give nested lists of equal "
-            "length or a numpy array"
-        ) from error
+    array = finite_array(name, value)
     if array.shape not in (shape, shape[1:]):
         raise ModelError(
             f"{name} has shape {array.shape}; {shape} is needed, or {shape[1:]} for the same in "
             "every vertex"
         )
-    if not np.isfinite(array).all():
-        where = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
-        raise ModelError(f"{name}{list(where)} is {array[where]}; every entry must be finite")
     return np.array(np.broadcast_to(array, shape))

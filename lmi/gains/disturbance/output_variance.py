@@ -42,6 +42,7 @@ from functools import partial
 
 import numpy as np
 
+from takagi.lmi.analysis.common_quadratic import lyapunov
 from takagi.lmi.analysis.disturbance.energy_and_variance import infinite_variance
 from takagi.lmi.answer import Design
 from takagi.lmi.argument_checks import number
@@ -257,10 +258,20 @@ def h2_pdc(
     (2001); Geromel, Peres and Bernussou (1991), form "gramian".
     """
     gramian = _is_gramian(form)
+
+    def deviation(
+        task: DisturbanceRequest, units: DisturbanceCoordinates, objective: float
+    ) -> float:
+        return float(np.sqrt(objective * units.rate)) * units.output / units.disturbance
+
+    def unit_of_function(task: DisturbanceRequest, units: DisturbanceCoordinates) -> float:
+        # |z|^2 times seconds, or samples; of P that is the inverse of a covariance, that of w.
+        return (units.disturbance if gramian else units.output) ** 2 / units.rate
+
     task = disturbance_request(
         model,
         GivenLimits(gain_bound=gain_bound, sample_time=sample_time),
-        Norm(partial(h2_pdc_condition, form=form), _deviation, _precision if gramian else _cost),
+        Norm(partial(h2_pdc_condition, form=form), deviation, unit_of_function),
         performance=performance,
         relaxation=relaxation,
         decay_rate=decay_rate,
@@ -276,24 +287,8 @@ def h2_pdc(
     return asked_or_least(task, norm_below, lambda: regulated(task))
 
 
-def _deviation(task: DisturbanceRequest, units: DisturbanceCoordinates, objective: float) -> float:
-    return float(np.sqrt(objective * units.rate)) * units.output / units.disturbance
-
-
-def _cost(task: DisturbanceRequest, units: DisturbanceCoordinates) -> float:
-    """Return the unit of V: |z|^2 times seconds, or samples."""
-    return units.output**2 / units.rate
-
-
-def _precision(task: DisturbanceRequest, units: DisturbanceCoordinates) -> float:
-    """Return the unit of V = x' P x where P is the inverse of a covariance."""
-    return units.disturbance**2 / units.rate
-
-
 def _about_covariance(task: DisturbanceRequest) -> DisturbanceRequest:
     """Return the task with the covariance under a regulator as the guess, not its cost."""
-    from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
-
     regulator = guessed_regulator(task.plant)
     if regulator is None:
         return task
@@ -303,6 +298,7 @@ def _about_covariance(task: DisturbanceRequest) -> DisturbanceRequest:
     # Directions that no noise enters have a little of it, so that the guess can be inverted.
     size = np.linalg.inv(regulator.P)
     spread = spread + NOISE_EVERYWHERE * float(np.sum(E * (regulator.P @ E))) * size
-    discrete = task.plant.sample_time is not None
-    X = solve_discrete_lyapunov(A, spread) if discrete else solve_continuous_lyapunov(A, -spread)
-    return replace(task, guess=np.linalg.inv(X), feedback=regulator.gains)
+    X = lyapunov(A.T, spread, task.plant.sample_time)
+    if X is None:
+        return task
+    return replace(task, guess=np.asarray(np.linalg.inv(X)), feedback=regulator.gains)

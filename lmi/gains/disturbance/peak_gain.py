@@ -104,11 +104,13 @@ def peak_pdc_condition(
     Q = Unknown("Q", n, n, symmetric=True)
     M = gain_unknown(r, m, n, relaxation)
     kappa = Unknown("kappa", 1, 1, latex=r"\kappa")
+    minus_kappa = -kappa * identity(plant.C.shape[1])
+    shown = block([[-Q, None], [LoopBlocks.of(plant, Q, M).output, minus_kappa]])
     return disturbed_condition(
         plant,
         Q,
         M,
-        (_loop(plant, Q, M, rate), _output(plant, Q, M, kappa)),
+        (_loop(plant, Q, M, rate), sum_of(plant, shown, "output")),
         relaxation=relaxation,
         limits=limits,
         minimise=kappa,
@@ -134,11 +136,6 @@ def _loop(plant: DisturbedPlant, Q: Unknown, M: Unknown, rate: float) -> DoubleS
     next_E = matrix(plant.E / (root * shared), rf"{over} \bar E_{{i}}", over="i")
     theta = block([[decaying, E, None], [None, minus_one, None], [loop.next_G, next_E, -Q]])
     return sum_of(plant, theta)
-
-
-def _output(plant: DisturbedPlant, Q: Unknown, M: Unknown, kappa: Unknown) -> DoubleSum:
-    Z, p = LoopBlocks.of(plant, Q, M).output, plant.C.shape[1]
-    return sum_of(plant, block([[-Q, None], [Z, -kappa * identity(p)]]), "output")
 
 
 # Rates are looked for from the slowest over this to the fastest times it.
@@ -327,12 +324,6 @@ class _Search:
             feedback=self.feedback,
         )
 
-    def _go_to_best(self) -> None:
-        """Go where the least gain so far was found: from elsewhere a rate may show far more."""
-        best = min(self.seen, key=lambda rate_result: rate_result.gain)
-        self.P, self.growth = best.P, best.growth
-        self.near = None if self.near is None else best.rate
-
     def _slow_rates(self) -> list[float]:
         """Return rates around that of plain compensation, and begin from its function."""
         plain = self.task.plain()
@@ -351,13 +342,16 @@ class _Search:
         ]
 
     def value(self, rate: float) -> float:
-        """Return about the least gain at a rate, and go where its P is |x|^2.
+        """Return about the least gain at a rate, from the best so far, and go where its P is |x|^2.
 
         Of rules that can hardly be stabilised a disturbance builds up for long: then in states of
         that size too, unless limits are posed in those of their own.
         """
         if self.seen:
-            self._go_to_best()
+            # From elsewhere a rate may show far more.
+            best = min(self.seen, key=lambda rate_result: rate_result.gain)
+            self.P, self.growth = best.P, best.growth
+            self.near = None if self.near is None else best.rate
         gain = self._looked(rate, self.P, self.growth)
         if not np.isfinite(gain) and self.near is None and self.P is not self.begun:
             # What another rate left may be so ill-conditioned that nothing is found from it.

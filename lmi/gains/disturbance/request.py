@@ -25,9 +25,9 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
     Performance,
-    check_reachable,
     plant_of,
 )
+from takagi.lmi.gains.requirements.closed_loop import check_stabilisable
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Complex, Floats
@@ -88,17 +88,20 @@ class DisturbanceCoordinates:
         K0 = np.zeros((plant.B.shape[2], plant.B.shape[1]))
         if feedback is not None and limits is None:
             K0, plant = feedback, plant.fed_back(feedback)
-        T = _states(P, diagonal=limits is not None)
+        if limits is None:
+            T = np.asarray(np.linalg.inv(np.linalg.cholesky(P)).T)
+        else:
+            T = np.diag(nearest_power(np.diag(P) ** -0.5))
         speed = vertex_weight(np.linalg.solve(T, motion(plant.A, step) @ T)) / 2
         entering = _size(np.linalg.solve(T, plant.E))
         # In a sample V changes by a share, of the size of speed, of what it is.
         share = 1.0 if step is None else speed
         if peak is not None or energy is not None:
             disturbance = peak or ((energy or 1.0) * speed / share) ** 0.5
-            pushed = speed if peak is not None or step is None else share**0.5
+            moved = speed if peak is not None or step is None else share**0.5
             if entering:
                 # The ellipsoid that such disturbances reach is about the unit ball.
-                T = T * float(nearest_power(growth * entering * disturbance / pushed))
+                T = T * float(nearest_power(growth * entering * disturbance / moved))
         elif entering:
             disturbance = (speed if step is None else 1.0 if noise else share**0.5) / entering
         else:
@@ -109,7 +112,10 @@ class DisturbanceCoordinates:
         if limits is not None and limits.inputs is not None:
             inputs = nearest_power(limits.inputs)
         else:
-            inputs = _inputs(plant, T, speed, showing)
+            # An input of 1 moves the states, or shows, about as much as a state of 1 does.
+            pushed = np.linalg.norm(np.linalg.solve(T, plant.B), axis=1).max(axis=0) / speed
+            shown = np.linalg.norm(plant.D12, axis=1).max(axis=0) / (showing or 1.0)
+            inputs = np.asarray(1.0 / np.maximum(pushed, shown))
         return cls(
             states=T,
             inputs=inputs,
@@ -227,19 +233,6 @@ def is_definite(P: Floats) -> bool:
     return True
 
 
-def _states(P: Floats, *, diagonal: bool) -> Floats:
-    if diagonal:
-        return np.diag(nearest_power(np.diag(P) ** -0.5))
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(P)).T)
-
-
-def _inputs(plant: DisturbedPlant, T: Floats, speed: float, showing: float) -> Floats:
-    """Return (m,): an input of 1 moves the states, or shows, about as much as a state of 1 does."""
-    pushed = np.linalg.norm(np.linalg.solve(T, plant.B), axis=1).max(axis=0) / speed
-    shown_size = np.linalg.norm(plant.D12, axis=1).max(axis=0) / (showing or 1.0)
-    return np.asarray(1.0 / np.maximum(pushed, shown_size))
-
-
 def _size(matrices: Array) -> float:
     return float(np.linalg.norm(matrices, 2, axis=(1, 2)).max())
 
@@ -353,7 +346,8 @@ def disturbance_request(
     relaxation_named(relaxation)
     plant = plant_of(model, performance, limits_given.sample_time)
     limits = limits_given.limits(*plant.B.shape[1:])
-    check_reachable(plant, getattr(model, "states", ()))
+    names = getattr(model, "states", ())
+    check_stabilisable(plant.A, plant.B, names=names, step=plant.sample_time)
     return DisturbanceRequest(
         plant=plant,
         norm=norm,

@@ -32,7 +32,6 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Answer, Try, WithAnswer
 from takagi.lmi.argument_checks import (
-    check_stabilisable,
     decay_parameter,
     fixed_mode,
     input_stack,
@@ -52,7 +51,7 @@ from takagi.lmi.decision.decide import decide, improve
 from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.expressions.expression import Expression, He, Inequality, Parameter, block, matrix
 from takagi.lmi.gains.decay.condition import Controlled, size_of_motion, theta_weight
-from takagi.lmi.gains.requirements.closed_loop import gain_unknown
+from takagi.lmi.gains.requirements.closed_loop import check_stabilisable, gain_unknown
 from takagi.lmi.sums.membership_shape import double_sums, rate_of, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_motion import continuous_motion, kept_degrees

@@ -29,8 +29,7 @@ from scipy.linalg import block_diag
 from takagi.lmi.analysis.disturbance.loop_norm import largest_gain
 from takagi.lmi.answer import Status
 from takagi.lmi.argument_checks import fixed_mode, whole_number
-from takagi.lmi.gains.descent.gain_loops import GainLoops
-from takagi.lmi.gains.descent.many_starts import best_gains
+from takagi.lmi.gains.descent.many_starts import GainLoops, best_gains
 from takagi.lmi.gains.structured.structure import pattern_of
 from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError

@@ -1,4 +1,4 @@
-"""The closed loop as double sums: its motion and pole regions.
+"""The closed loop as double sums, its motion and pole regions; modes that no input moves.
 
 The closed loop u = -sum_j h_j K_j x as a double sum, with Q = P^-1 and M_j = K_j Q.
 
@@ -26,17 +26,68 @@ Source: Chilali and Gahinet (1996), IEEE Trans. Automatic Control 41(3), for one
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from takagi.lmi.analysis.pole_region import region_block, region_weight
-from takagi.lmi.argument_checks import decay_parameter
-from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
+from takagi.lmi.argument_checks import decay_parameter, fixed_mode
+from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.cone.balance import state_units
 from takagi.lmi.expressions.expression import He, block, matrix
-from takagi.lmi.sums.corner_rules import Corners
 from takagi.lmi.sums.double_sum import DoubleSum, double_sum_of
 from takagi.models.arrays import Floats, Indices
+from takagi.models.errors import ModelError
+
+
+def check_stabilisable(
+    A: Array,
+    B: Array,
+    *,
+    units: Array | float = 1.0,
+    names: Sequence[str] = (),
+    dual: bool = False,
+    step: float | None = None,
+) -> None:
+    """Raise ModelError for a vertex with an undamped eigenvalue that no input can move.
+
+    Undamped: Re >= 0, or |z| >= 1 in discrete time.
+
+    Parameters
+    ----------
+    A, B : in states x = units xhat; they are balanced here, so that rounding means something.
+    names : of the states; x1, x2, ... when empty.
+    dual : write the message about outputs and observation instead.
+    step : sample time T in s of a discrete-time model; None for continuous time.
+    """
+    A, B = A.astype(np.float64), B.astype(np.float64)
+    s = state_units(A, None, step=step)
+    A, B, units = A * s / s[:, None], B / s[:, None], units * s
+    mode = fixed_mode(A, B / np.maximum(np.abs(B).max(axis=(0, 1)), 1e-300), 0.0, step=step)
+    if mode is None:
+        return
+    vertex, eigenvalue, direction = mode
+    labels = names or tuple(f"x{k}" for k in range(1, A.shape[1] + 1))
+    state_shares = [
+        f"{weight:+.3g} * {label}"
+        for weight, label in zip(direction / units, labels, strict=True)
+        # Smaller parts of the direction are rounding, and would only confuse the message.
+        if abs(weight) > 1e-6 * np.abs(direction / units).max()
+    ]
+    verb, need = ("be seen in no output", "C") if dual else ("be moved by no input", "B")
+    where = "" if step is None else ", not inside the unit circle,"
+    raise ModelError(
+        f"vertex {vertex + 1} of {len(A)}: the mode at {_number(eigenvalue)}{where} "
+        f"({' '.join(state_shares)}) does not decay and can {verb}; change {need} or the box, so "
+        "that it decays or can be reached"
+    )
+
+
+def _number(eigenvalue: complex) -> str:
+    return f"{eigenvalue:.6g}" if eigenvalue.imag else f"{eigenvalue.real:.6g}"
+
 
 # Of the input on x' P x <= 1, what a gain that moves no more of it is: rounding.
 ROUNDING = 1e-9
@@ -64,7 +115,7 @@ def closed_loop(
     *,
     weight: float,
     discrete: bool = False,
-    corners: Corners | None = None,
+    corners: Indices | None = None,
 ) -> DoubleSum:
     """Return the module's double sum; its rate is ``decay_parameter``, a condition's parameter.
 
@@ -104,23 +155,11 @@ def region_sums(
     region : in 1/s for x' = A x; of the eigenvalues of A itself for x+ = A x.
     corners : as in ``DoubleSum``.
     """
-    return tuple(
-        _region_sum(A, B, Q, M, part, label, corners)
-        for part, label in zip(region.parts, region.labels, strict=True)
-    )
-
-
-def _region_sum(
-    A: Array,
-    B: Array,
-    Q: Unknown,
-    M: Unknown,
-    part: RegionPart,
-    label: str,
-    corners: Indices | None,
-) -> DoubleSum:
-    L, C = (coefficients.astype(np.float64) for coefficients in part.matrices)
     A_i, B_i = matrix(A, "A_{i}", over="i"), matrix(B, "B_{i}", over="i")
-    theta = region_block((L, C), Q, A_i @ Q - B_i @ M.over("j"))
-    statement = (theta << 0).named(label, weight=region_weight(part, A))
-    return double_sum_of(statement, rules=len(A), corners=corners)
+    loop, sums = A_i @ Q - B_i @ M.over("j"), []
+    for part, label in zip(region.parts, region.labels, strict=True):
+        L, C = (coefficients.astype(np.float64) for coefficients in part.matrices)
+        theta = region_block((L, C), Q, loop)
+        statement = (theta << 0).named(label, weight=region_weight(part, A))
+        sums.append(double_sum_of(statement, rules=len(A), corners=corners))
+    return tuple(sums)

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Answer, Design, GainsWithAnswer
 from takagi.lmi.argument_checks import (
-    check_stabilisable,
     input_stack,
     positive_number,
     sample_time_of,
@@ -25,6 +24,7 @@ from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant, Performance, plant_of
 from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc
+from takagi.lmi.gains.requirements.closed_loop import check_stabilisable
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.lmi.gains.structured.local_search import (
     LocalSearch,
@@ -324,7 +324,7 @@ def _check_modes(search: StepSearch, names: tuple[str, ...]) -> None:
     A, B = plant.A * s / s[:, None], plant.B / s[:, None]
     # Inputs of order one, as ``check_movable`` assumes; 1e-300 leaves an input without effect at 0.
     B = B / np.maximum(np.abs(B).max(axis=(0, 1)), 1e-300)
-    check_stabilisable(A, B, units=s, names=names, step=step)
+    check_stabilisable(plant.A, plant.B, names=names, step=step)
     check_movable(A, B, search.structure, units=s, names=names, step=step)
 
 

@@ -18,6 +18,7 @@ from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.expressions.expression import Inequality, block, identity, matrix, placement, trace
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
+from takagi.lmi.gains.disturbance.request import DisturbanceCoordinates
 from takagi.lmi.gains.structured.structure import Objective, Structure, StructuredGains, loop_sum
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.parameter_search.parameter_sweep import unknowns_near_least
@@ -25,97 +26,40 @@ from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class LocalUnits:
-    """Units of x = states xhat, u = inputs uhat, w = disturbance what, z = output zhat, and time.
+def local_units(
+    plant: DisturbedPlant, objective: Objective, P: Floats, K: Floats, value: float | None
+) -> tuple[DisturbanceCoordinates, float]:
+    """Return coordinates for the function x' P x and gains (r, m, n), and the speed in them.
 
-    In these units x' P x is |xhat|^2. With the value gamma, the supply rate gamma |w|^2 - |z|^2 /
-    gamma is |what|^2 - |zhat|^2 times the rate. The solver then finds P near I and gamma near 1, or
-    near a multiple of 1 if no value is known.
-
-    Attributes
-    ----------
-    states, inputs : (n, n), (m,).
-    time : in 1/s; 1 in discrete time, which counts samples.
-    speed : size of x' (or of x+ - x) in these units; 1 in continuous time.
-    sample_time : T in s; None for continuous time.
+    In these x' P x is |xhat|^2.  With the value gamma, the supply rate gamma |w|^2 - |z|^2 / gamma
+    is |what|^2 - |zhat|^2 times the rate.  The solver then finds P near I and gamma near 1, or near
+    a multiple of 1 if no value is known.  The speed is the size of x' (or of x+ - x); 1 in
+    continuous time.
     """
-
-    states: Floats
-    inputs: Floats
-    time: float
-    speed: float
-    disturbance: float
-    output: float
-    sample_time: float | None
-
-    @classmethod
-    def of(
-        cls,
-        plant: DisturbedPlant,
-        objective: Objective,
-        P: Floats,
-        K: Floats,
-        *,
-        value: float | None = None,
-    ) -> LocalUnits:
-        """Return the units for the function x' P x and gains (r, m, n).
-
-        ``value`` is an expected gamma for "hinf"; it sets the units of w and z.
-        """
-        T = np.linalg.inv(np.linalg.cholesky(P)).T
-        step = plant.sample_time
-        loop = motion(np.linalg.solve(T, (plant.A - plant.B @ K) @ T), step)
-        free = motion(np.linalg.solve(T, plant.A @ T), step)
-        size = float(max(np.linalg.norm(matrix, 2, axis=(1, 2)).max() for matrix in (loop, free)))
-        size = size or 1.0
-        time, speed = (size, 1.0) if step is None else (1.0, min(size, 1.0))
-        # An input of size one then moves the state about as fast as the loop moves.
-        reach = np.linalg.norm(np.linalg.solve(T, plant.B), axis=1).max(axis=0)
-        disturbance = output = 1.0
-        if objective == "hinf":
-            gamma = value or 1.0
-            disturbance, output = np.sqrt(time / gamma), np.sqrt(time * gamma)
-        elif objective == "cost":
-            output = np.sqrt(time)
-        return cls(
-            states=T,
-            inputs=time * speed / np.where(reach > 0, reach, 1.0),
-            time=time,
-            speed=speed,
-            disturbance=float(disturbance),
-            output=float(output),
-            sample_time=step,
-        )
-
-    def scaled_plant(self, plant: DisturbedPlant) -> DisturbedPlant:
-        """Return the plant in these coordinates."""
-        return plant.in_units(
-            self.states,
-            self.inputs,
-            rate=self.time,
-            disturbance=self.disturbance,
-            output=self.output,
-        )
-
-    def scaled_gains(self, K: Floats) -> Floats:
-        """Return gains in these coordinates."""
-        return np.asarray(K @ self.states / self.inputs[:, None])
-
-    def scaled_structure(self, structure: Structure) -> tuple[Structure, Floats]:
-        """Return the structure with rows of C of length one, and their lengths before, (p,)."""
-        C = structure.C @ self.states
-        sizes = np.linalg.norm(C, axis=1)
-        return replace(structure, C=C / sizes[:, None]), sizes
-
-    def parameter(self, rate: float) -> float:
-        """Return ``alpha`` in these units, or ``contraction``, of a decay rate in 1/s."""
-        (value,) = rate_parameter(rate / self.time, self.sample_time).values()
-        return value
-
-    def rate_of(self, parameter: float) -> float:
-        """Return the decay rate in 1/s of a parameter."""
-        return rate_of_parameter(parameter, self.sample_time) * self.time
+    T = np.linalg.inv(np.linalg.cholesky(P)).T
+    step = plant.sample_time
+    loop = motion(np.linalg.solve(T, (plant.A - plant.B @ K) @ T), step)
+    free = motion(np.linalg.solve(T, plant.A @ T), step)
+    size = float(max(np.linalg.norm(matrix, 2, axis=(1, 2)).max() for matrix in (loop, free)))
+    size = size or 1.0
+    rate, speed = (size, 1.0) if step is None else (1.0, min(size, 1.0))
+    # An input of size one then moves the state about as fast as the loop moves.
+    reach = np.linalg.norm(np.linalg.solve(T, plant.B), axis=1).max(axis=0)
+    disturbance = output = 1.0
+    if objective == "hinf":
+        gamma = value or 1.0
+        disturbance, output = np.sqrt(rate / gamma), np.sqrt(rate * gamma)
+    elif objective == "cost":
+        output = np.sqrt(rate)
+    units = DisturbanceCoordinates(
+        states=T,
+        inputs=rate * speed / np.where(reach > 0, reach, 1.0),
+        feedback=np.zeros(K.shape[1:]),
+        rate=rate,
+        disturbance=float(disturbance),
+        output=float(output),
+    )
+    return units, speed
 
 
 # Largest eigenvalue of P in a step, in states where P is I at its start; it only keeps the unknowns
@@ -134,7 +78,7 @@ class StructuredPoint:
     F : (groups, m, p).
     P : (n, n).
     value : decay rate in 1/s, cost, or gamma, that P shows for F.
-    outcome, condition, units : the solver call that found P, its condition, and its coordinates.
+    outcome, condition : the solver call that found P, and its condition.
     """
 
     F: Floats
@@ -142,7 +86,6 @@ class StructuredPoint:
     value: float
     outcome: Outcome
     condition: Condition
-    units: LocalUnits
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -192,13 +135,13 @@ class StepSearch:
         ``settle`` : True for the final answer: no margin is kept, and more solvers are tried.
         """
         K = self.structure.gains(F)
-        units = LocalUnits.of(self.plant, self.objective, P, K, value=value)
+        units, speed = local_units(self.plant, self.objective, P, K, value)
         n = len(P)
         unknown = Unknown("P", n, n, symmetric=True)
         gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
         fixed_gains = StructuredGains(reference=units.scaled_gains(K))
         condition = self._condition(units, unknown, gamma, fixed_gains)
-        outcome, value = self._best(condition, units, fixed_gains.reference, settle)
+        outcome, value = self._best(condition, units, speed, fixed_gains.reference, settle)
         if value is None:
             return None
         back = np.linalg.inv(units.states)
@@ -209,7 +152,6 @@ class StepSearch:
             value=value,
             outcome=outcome,
             condition=condition,
-            units=units,
         )
 
     def guessed(self, decaying: StructuredPoint) -> tuple[Floats, float | None]:
@@ -235,8 +177,10 @@ class StepSearch:
     def moved(self, spot: StructuredPoint, spread: float) -> Floats | None:
         """Return the gains of the inner convex step from a point; None where it finds none."""
         K = self.structure.gains(spot.F)
-        units = LocalUnits.of(self.plant, self.objective, spot.P, K, value=spot.value)
-        inside, sizes = units.scaled_structure(self.structure)
+        units, speed = local_units(self.plant, self.objective, spot.P, K, spot.value)
+        C = self.structure.C @ units.states
+        sizes = np.linalg.norm(C, axis=1)
+        inside = replace(self.structure, C=C / sizes[:, None])
         n = len(spot.P)
         unknown = Unknown("P", n, n, symmetric=True)
         gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
@@ -248,8 +192,8 @@ class StepSearch:
         if self.objective == "decay_rate":
             # The search starts a little below the rate that is known, where (P, L) is feasible
             # with a margin.
-            at = units.parameter(spot.value)
-            rate_tolerance = self._hair(units, self.fine / 10)(at)
+            (at,) = rate_parameter(spot.value / units.rate, self.plant.sample_time).values()
+            rate_tolerance = self._hair(speed, self.fine / 10)(at)
             origin = at - (rate_tolerance if self.rate == "alpha" else -rate_tolerance)
             extreme = extreme_parameter(
                 condition.with_parameters(**{self.rate: origin}),
@@ -278,7 +222,7 @@ class StepSearch:
         )
 
     def _condition(
-        self, units: LocalUnits, P: Unknown, gamma: Unknown, gains: StructuredGains
+        self, units: DisturbanceCoordinates, P: Unknown, gamma: Unknown, gains: StructuredGains
     ) -> Condition:
         plant = units.scaled_plant(self.plant)
         slack, sums = relaxation_named(self.relaxation)(
@@ -306,28 +250,39 @@ class StepSearch:
         )
 
     def _best(
-        self, condition: Condition, units: LocalUnits, K: Floats, settle: bool
+        self,
+        condition: Condition,
+        units: DisturbanceCoordinates,
+        speed: float,
+        K: Floats,
+        settle: bool,
     ) -> tuple[Outcome, float | None]:
         """Return the best P in the given coordinates, and its value in the model's units."""
         if self.objective != "decay_rate":
             outcome = optimise(condition, slack=1e-5) if settle else self._near_least(condition)
             self.tries.extend(outcome.tries)
-            good = outcome.status == "candidate"
-            return outcome, self._value(outcome, units) if good else None
+            if outcome.status != "candidate":
+                return outcome, None
+            if self.objective == "hinf":
+                gamma = outcome.values["gamma"][0, 0, 0]
+                return outcome, float(gamma * units.output / units.disturbance)
+            L = np.linalg.solve(units.states, self.deviations)
+            return outcome, float(np.trace(L.T @ outcome.values["P"][0] @ L))
         plant = units.scaled_plant(self.plant)
         # P = I is feasible at this rate, however unstable the loop is: |x'| <= size |x|.
         size = float(np.linalg.norm(plant.A[:, None] - plant.B[:, None] @ K, 2, axis=(2, 3)).max())
-        origin = -1.01 * size - units.speed if self.rate == "alpha" else 1.01 * size**2 + 1.0
+        origin = -1.01 * size - speed if self.rate == "alpha" else 1.01 * size**2 + 1.0
         extreme = extreme_parameter(
             condition.with_parameters(**{self.rate: origin}),
             self.rate,
             largest=self.rate == "alpha",
-            step=self._hair(units, self.fine),
+            step=self._hair(speed, self.fine),
         )
         self.tries.extend(extreme.outcome.tries)
         if not extreme.found:
             return extreme.outcome, None
-        return extreme.outcome, units.rate_of(extreme.condition.parameters[self.rate])
+        parameter = extreme.condition.parameters[self.rate]
+        return extreme.outcome, rate_of_parameter(parameter, self.plant.sample_time) * units.rate
 
     def _near_least(self, condition: Condition) -> Outcome:
         values = unknowns_near_least(condition, required_margin=self.required_margin)
@@ -336,19 +291,13 @@ class StepSearch:
             "candidate" if checked_margin > 0 else "unknown", values, checked_margin, np.inf, {}, ()
         )
 
-    def _hair(self, units: LocalUnits, fine: float) -> Callable[[float], float]:
+    def _hair(self, speed: float, fine: float) -> Callable[[float], float]:
         """Return the tolerance of the rate's parameter: ``fine`` relative, never quite 0."""
         no_decay = 0.0 if self.rate == "alpha" else 1.0
-        return lambda at: fine * max(abs(at - no_decay), 1e-3 * units.speed)
-
-    def _value(self, outcome: Outcome, units: LocalUnits) -> float:
-        if self.objective == "hinf":
-            return float(outcome.values["gamma"][0, 0, 0] * units.output / units.disturbance)
-        L = np.linalg.solve(units.states, self.deviations)
-        return float(np.trace(L.T @ outcome.values["P"][0] @ L))
+        return lambda at: fine * max(abs(at - no_decay), 1e-3 * speed)
 
 
-def _bound_lmi(gains: StructuredGains, units: LocalUnits, bound: float) -> Inequality:
+def _bound_lmi(gains: StructuredGains, units: DisturbanceCoordinates, bound: float) -> Inequality:
     """Pose [[I, K_j / b], [K_j' / b, I]] >= 0, |K_j| <= b in the model's units, for each group."""
     assert gains.structure is not None
     back = gains.structure.C @ np.linalg.inv(units.states)

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
+from takagi.lmi.analysis.common_quadratic import lyapunov
 from takagi.lmi.analysis.disturbance.guessed_function import bounded_real
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.gains.descent.gain_loops import GainLoops
-from takagi.lmi.gains.descent.many_starts import Found, best_gains
+from takagi.lmi.gains.descent.many_starts import Found, GainLoops, best_gains
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.models.arrays import Floats
 
@@ -243,7 +242,5 @@ def _function(search: StepSearch, end: Found) -> Floats:
     if P is None:
         # A small multiple of I makes P definite where some states do not reach z.
         weight = C[0].T @ C[0] + 1e-6 * max(float(np.trace(C[0].T @ C[0])), 1e-300) * np.eye(n)
-        solve = solve_continuous_lyapunov if step is None else solve_discrete_lyapunov
-        P = np.asarray(solve(A[0].T, -weight if step is None else weight), dtype=np.float64)
-    P = (P + P.T) / 2
-    return P if np.isfinite(P).all() and np.linalg.eigvalsh(P)[0] > 0 else plain
+        P = lyapunov(A[0], weight, step)
+    return P if P is not None and np.isfinite(P).all() and np.linalg.eigvalsh(P)[0] > 0 else plain

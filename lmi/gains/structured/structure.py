@@ -293,7 +293,7 @@ class StructuredGains:
     reference : L_j, (r, m, n).
     structure : the structure of the unknown gains, its C in the plant's states; None where
         K_j = L_j.
-    unknowns : the free entries of the structure, in the coordinates of ``LocalUnits``.
+    unknowns : the free entries of the structure, in the coordinates of ``local_units``.
     spread : s of the overbound; with a larger s K may move further, and P less.
     """
 

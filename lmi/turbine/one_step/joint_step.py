@@ -389,7 +389,11 @@ class _StepCondition:
             reach_in_speed(self.shapes[0], self.h[:1], self.eta),
         ]
         lmis += limits(self.paces[0], *_ends(self.paces[0].count, PACE))
-        lmis += limits(self.wider, *self._wider_ends())
+        low, high = _ends(self.wider.count, PACE)
+        # A cell below its floor is raised by at most RAISED in one step: the whole rise at once may
+        # make the LMIs infeasible.
+        needed = w.floors / self.functions.scales - 1
+        lmis += limits(self.wider, np.maximum(low, np.minimum(needed, RAISED)), high)
         if w.log_mean is not None:
             lmis.append(mean_class(self.wider, w.shares, w.log_mean))
         # Without a requested bound on speed, a small weight keeps eta bounded above: otherwise the
@@ -414,13 +418,6 @@ class _StepCondition:
             objective=objective,
             source="derived in takagi.lmi.turbine.one_step.joint_step",
         )
-
-    def _wider_ends(self) -> tuple[Floats, Floats]:
-        low, high = _ends(self.wider.count, PACE)
-        # A cell below its floor is raised by at most RAISED in one step: the whole rise at once may
-        # make the LMIs infeasible.
-        needed = self.weights.floors / self.functions.scales - 1
-        return np.maximum(low, np.minimum(needed, RAISED)), high
 
     def step(self, values: Mapping[str, Floats]) -> tuple[Floats, LoopFunctions]:
         f = self.functions

@@ -222,9 +222,6 @@ class LoopOfGains:
         widths = np.diff(self.law.schedule.wind)
         return np.asarray(reach * np.minimum(1.0, widths / FULL_WIDTH), dtype=np.float64)
 
-    def _members(self, k: int) -> tuple[int, int, int]:
-        return k, k + 1, self.cells + 1 + k
-
     def _rows(self, cell: LoopCell, k: int) -> tuple[Floats, Floats]:
         """Return (A, fixed, error) of each corner as rows of 15; as many rows at all gains."""
         vertices = loop_vertices(_opened(cell))
@@ -242,7 +239,7 @@ class LoopOfGains:
         cell = self.enclosed(self.at(theta).gains, k)
         here = self._rows(cell, k)
         secants: list[list[tuple[Floats, ...]]] = []
-        for number, member in enumerate(self._members(k)):
+        for number, member in enumerate((k, k + 1, self.cells + 1 + k)):
             changes = []
             for side in (-1, 1) if number < 2 else (-1,):
                 try:

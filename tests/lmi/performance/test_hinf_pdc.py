@@ -185,7 +185,7 @@ def test_models_that_lack_something_are_refused() -> None:
         (TSModel(A, B, E=E), "there is no output to keep small; C is needed"),
         (TSModel(A, E=E, C=C), "the model has no input; B is needed"),
         (TSModel(A, [[1.0, 0.0], [0.0, 0.0]], E=E, C=C), "input 2 of 2"),
-        (TSModel(A, [[1.0, 2.0], [0.0, 0.0]], E=E, C=C), "B and D12 have rank 1"),
+        (TSModel(A, [[1.0, 2.0], [0.0, 0.0]], E=E, C=C), "B and D12: rank 1"),
         (TSModel(A, [[0.0], [1.0]], E=E, C=C), "the mode at 1"),
     ):
         with pytest.raises(ModelError, match=message):

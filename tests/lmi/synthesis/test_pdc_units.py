@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi import Condition, Outcome, decide, pdc
 from takagi.lmi.gains.decay import design as compensation_design
-from takagi.lmi.gains.decay import relaxation_search
+from takagi.lmi.gains.decay import pdc as rate_search
 from takagi.lmi.gains.decay.condition import decay_request
 from takagi.lmi.gains.decay.design import decided, stopped_by_limit
 from takagi.lmi.gains.requirements.limits import GivenLimits
@@ -172,10 +172,10 @@ def test_a_rate_that_no_solver_settled_is_not_a_bound(monkeypatch: pytest.Monkey
         return replace(found, outcome=unknown)
 
     task = decay_request(torque_pendulum(), GivenLimits(gain_bound=30.0), decay_rate=0.0)
-    true = relaxation_search.largest(task, "wang-tanaka-griffin")
-    monkeypatch.setattr(relaxation_search, "decide", gives_up)
-    monkeypatch.setattr(relaxation_search, "decided", never)
-    found = relaxation_search.largest(task, "wang-tanaka-griffin")
+    true = rate_search.Largest(task, "wang-tanaka-griffin")
+    monkeypatch.setattr(rate_search, "decide", gives_up)
+    monkeypatch.setattr(rate_search, "decided", never)
+    found = rate_search.Largest(task, "wang-tanaka-griffin")
 
     assert found.low < true.low <= true.high < np.inf
     assert found.high == np.inf
@@ -187,7 +187,7 @@ def test_what_the_first_solver_leaves_open_is_asked_again(monkeypatch: pytest.Mo
         return replace(outcome, status="unknown")
 
     plain = pdc(torque_pendulum(), decay_rate="max", gain_bound=30.0)
-    monkeypatch.setattr(relaxation_search, "decide", gives_up)
+    monkeypatch.setattr(rate_search, "decide", gives_up)
     other = pdc(torque_pendulum(), decay_rate="max", gain_bound=30.0)
 
     assert other.decay_rate == pytest.approx(plain.decay_rate, rel=1e-4)

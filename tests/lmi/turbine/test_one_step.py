@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates.claims.turbine.cell_loop import enclosures_of_gains
-from takagi.lmi.turbine.one_step.design import OneStepDesign, one_step_gains
-from takagi.lmi.turbine.one_step.design_point import Objective
+from takagi.lmi.turbine.one_step.design import Objective, OneStepDesign, one_step_gains
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.models import Floats, Interval, ModelError, Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import (
