@@ -62,8 +62,6 @@ from takagi.models.arrays import Floats
 
 # A margin that is missed by no more may be one that no solver sees.
 NEARLY_HELD_MARGIN = 1e-6
-# To what share of the size of the vertices the rate of fastest decay is then found.
-SLOW_MODE = 1e-9
 
 
 def unwarned(solve: Callable[..., Any], *arguments: Floats, **named: Floats) -> Floats:
@@ -175,7 +173,7 @@ def _by_its_rate(condition: Condition, outcome: Outcome, A: Floats, s: Floats) -
     if not (nearly_held and all_posed) or out_of_time():
         return outcome
     step = 1.0 if "contraction" in condition.parameters else None
-    fast = fast_decay(A, tolerance=SLOW_MODE, scales=s, sample_time=step)
+    fast = fast_decay(A, scales=s, sample_time=step)
     if fast.P is None:
         return outcome
     P = fast.P * s * s[:, None]
