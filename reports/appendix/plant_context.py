@@ -8,6 +8,7 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.plant.plant import Plant, Variable
@@ -99,10 +100,8 @@ def _listed(symbols: Iterable[Any]) -> Tex:
 
 def _variable(kind: str, variable: Variable) -> list[Tex]:
     ends = [NONE, NONE]
-    if variable.range is not None:
-        ends = [
-            decimal_or_rounded(variable.range.lower), decimal_or_rounded(variable.range.upper)
-        ]  # fmt: skip
+    if (side := variable.range) is not None:
+        ends = [decimal_or_rounded(side.lower), decimal_or_rounded(side.upper)]
     return [
         _symbol(variable.symbol), escape(kind), unit(variable.unit), *ends,
         decimal_or_rounded(variable.rest), escape(variable.description),
@@ -144,8 +143,6 @@ def _attained(premise: Premise, box: Mapping[str, Any]) -> tuple[Tex, Tex]:
     Looked for at the ends of its variables, at 0 and at multiples of pi/4; shown where the bound
     that is used is this value rounded outward, so that it is the extreme to seven decimals.
     """
-    import sympy as sp
-
     assert premise.proof is not None  # asked before
     expression = premise.proof.expression
     sides = {name_of(label): ends for label, ends in box.items()}
@@ -175,8 +172,6 @@ def _attained(premise: Premise, box: Mapping[str, Any]) -> tuple[Tex, Tex]:
 
 def _value(expression: Any, at: Mapping[Any, Any]) -> Any:
     """Return the expression at a point, with its limit where one variable alone makes it 0/0."""
-    import sympy as sp
-
     substituted = expression.subs(at)
     if substituted.is_finite is not False and substituted is not sp.nan:
         return substituted
@@ -195,9 +190,7 @@ def _equation(model: TSModel, *, measured: bool) -> Tex:
     terms += [rf"B_{index} \tilde u"] * bool(model.inputs)
     terms += [rf"E_{index} \tilde w"] * bool(np.any(model.E))
     inner = " + ".join(terms)
-    equation = (
-        rf"{left_side} = {blend} \bigl({inner}\bigr)" if several else f"{left_side} = {inner}"
-    )
+    equation = f"{left_side} = " + (rf"{blend} \bigl({inner}\bigr)" if several else inner)
     if measured:
         equation += rf", \qquad \tilde y = {blend} C_{index} \tilde x"
     return Tex(equation)
@@ -331,8 +324,6 @@ def decimal_or_rounded(value: Any) -> Tex:
 
 
 def _latex(value: Any) -> str:
-    import sympy as sp
-
     return readable(str(sp.latex(sp.Symbol(value) if isinstance(value, str) else value)))
 
 

@@ -28,6 +28,7 @@ from takagi.reports.output import read_words
 from takagi.reports.page.text import CaptionedFigure
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -255,11 +256,7 @@ def figure_to_svg(figure: Figure, *, name: str, description: str = "") -> str:
             f"figure name {name!r} was given; it must begin with a letter and hold only letters, "
             "digits and hyphens"
         )
-    buffer = BytesIO()
-    with house_style():
-        _settle(figure)
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    text = buffer.getvalue().decode("utf-8")
+    text = _written(figure, "svg", {"Date": None, "Creator": None}).decode("utf-8")
     body = text[text.index("<svg ") :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, count=1, flags=re.DOTALL)
     body = re.sub(r"\n\s*", "\n", body)
@@ -274,32 +271,37 @@ def figure_to_svg(figure: Figure, *, name: str, description: str = "") -> str:
 
 def figure_to_pdf(figure: Figure) -> bytes:
     """Return the figure as a PDF page for LaTeX, without dates."""
-    buffer = BytesIO()
-    metadata = {"CreationDate": None, "Creator": None, "Producer": None}
-    with house_style():
-        _settle(figure)
-        figure.savefig(buffer, format="pdf", metadata=metadata)
-    return buffer.getvalue()
+    return _written(figure, "pdf", {"CreationDate": None, "Creator": None, "Producer": None})
 
 
 def figure_to_png(figure: Figure, *, dpi: int = 100) -> bytes:
     """Return the figure as a PNG image, for looking at it; reports use SVG and PDF."""
+    return _written(figure, "png", {"Software": None}, dpi=dpi)
+
+
+def _written(figure: Figure, kind: str, metadata: dict[str, str | None], **options: Any) -> bytes:
+    """Return the figure as a file; it is laid out once, for each time would move it a little."""
     buffer = BytesIO()
     with house_style():
-        _settle(figure)
-        figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+        engine = figure.get_layout_engine()
+        if engine is not None:
+            for axes in figure.axes:
+                _write_powers_in_letters(axes)
+            figure.align_labels()
+            engine.execute(figure)
+            figure.set_layout_engine("none")
+        figure.savefig(buffer, format=kind, metadata=metadata, **options)
     return buffer.getvalue()
 
 
-def _settle(figure: Figure) -> None:
-    """Lay the figure out once for all; laying out again at each writing would move it a little."""
-    engine = figure.get_layout_engine()
-    if engine is not None:
-        for axes in figure.axes:
-            _write_powers_in_letters(axes)
-        figure.align_labels()
-        engine.execute(figure)
-        figure.set_layout_engine("none")
+def outer_legend(figure: Figure, panels: Sequence[Axes], *, columns: int = 2) -> None:
+    """Put one legend of all lines of some panels below a figure, each label once."""
+    named: dict[str, Artist] = {}
+    for axes in panels:
+        handles, labels = axes.get_legend_handles_labels()
+        for handle, label in zip(handles, labels, strict=True):
+            named.setdefault(label, handle)
+    figure.legend([*named.values()], [*named], loc="outside lower center", ncols=columns)
 
 
 def _write_powers_in_letters(axes: Axes) -> None:
