@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.certificates.design.design import Tell
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.laws.protocol import law_words
@@ -38,9 +39,6 @@ from takagi.reports.simulation.plant import jump_motions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-Tell = Callable[[str], None]
 
 
 def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[str, bytes | str]:
