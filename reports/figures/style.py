@@ -280,18 +280,22 @@ def figure_to_png(figure: Figure, *, dpi: int = 100) -> bytes:
 
 
 def _written(figure: Figure, kind: str, metadata: dict[str, str | None], **options: Any) -> bytes:
-    """Return the figure as a file; it is laid out once, for each time would move it a little."""
     buffer = BytesIO()
     with house_style():
-        engine = figure.get_layout_engine()
-        if engine is not None:
-            for axes in figure.axes:
-                _write_powers_in_letters(axes)
-            figure.align_labels()
-            engine.execute(figure)
-            figure.set_layout_engine("none")
+        _settle(figure)
         figure.savefig(buffer, format=kind, metadata=metadata, **options)
     return buffer.getvalue()
+
+
+def _settle(figure: Figure) -> None:
+    """Lay the figure out once for all; laying out again at each writing would move it a little."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        for axes in figure.axes:
+            _write_powers_in_letters(axes)
+        figure.align_labels()
+        engine.execute(figure)
+        figure.set_layout_engine("none")
 
 
 def outer_legend(figure: Figure, panels: Sequence[Axes], *, columns: int = 2) -> None:
