@@ -30,13 +30,13 @@ _MADE_BY: Mapping[str, Mapping[str, str]] = {
         "gains": "gains_file.envelope:gain_file",
         "report": "sections.turbine.page:report_html",
         "summary": "sections.turbine.summary:summary_rows",
-        "appendix": "appendix.design_files:appendix_files",
+        "appendix": "appendix.turbine:appendix_files",
     },
     "plant": {
         "gains": "gains_file.envelope:plant_gain_file",
         "report": "sections.plant.page:plant_report_files",
         "summary": "sections.plant.summary:summary_rows",
-        "appendix": "appendix.design_files:plant_appendix",
+        "appendix": "appendix.plant:plant_appendix",
     },
 }
 

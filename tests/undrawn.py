@@ -31,7 +31,7 @@ def few_margins(patch: pytest.MonkeyPatch) -> None:
 @contextmanager
 def undrawn() -> Iterator[None]:
     """Let a plant's report and appendix be one word, and its one figure be empty."""
-    from takagi.reports.appendix import design_files as latex
+    from takagi.reports.appendix import plant as latex
     from takagi.reports.page.assembly import ReportFiles
     from takagi.reports.sections.plant import page
 
