@@ -46,10 +46,10 @@ def undrawn() -> Iterator[None]:
 def blank_figures() -> Iterator[None]:
     """Let every figure of a page be empty: ``tests/reports/test_figures`` looks at them."""
     from takagi.reports.figures import style
-    from takagi.reports.simulation import plant_figures, tables
+    from takagi.reports.simulation import plant, tables
 
     with pytest.MonkeyPatch.context() as patch:
-        for place in (style, tables, plant_figures):
+        for place in (style, tables, plant):
             patch.setattr(place, "figure_to_svg", lambda *_, **__: "<svg/>")
         patch.setattr(tables, "figure_to_png", lambda *_, **__: b"PNG")
         patch.setattr(style, "figure_to_pdf", lambda _: b"%PDF")
