@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.design.design import Design
-from takagi.certificates.document.certificate_file import dumps
 
 if TYPE_CHECKING:
+    from takagi.certificates.design.design import Design
     from takagi.models.loading import ModelFile
     from takagi.reports.sections.plant.summary import SummaryRow
 
@@ -31,13 +30,13 @@ _MADE_BY: Mapping[str, Mapping[str, str]] = {
         "gains": "gains_file.envelope:gain_file",
         "report": "sections.turbine.page:report_html",
         "summary": "sections.turbine.summary:summary_rows",
-        "appendix": "appendix.design_files:appendix_files",
+        "appendix": "appendix.turbine:appendix_files",
     },
     "plant": {
         "gains": "gains_file.envelope:plant_gain_file",
         "report": "sections.plant.page:plant_report_files",
         "summary": "sections.plant.summary:summary_rows",
-        "appendix": "appendix.design_files:plant_appendix",
+        "appendix": "appendix.plant:plant_appendix",
     },
 }
 
@@ -62,6 +61,8 @@ def law_files(design: Design, *, source: ModelFile | None = None) -> Files:
     Names: ``gains.json`` (not for an analysis), ``certificate.json``, and with ``source`` what
     ``read_design`` needs besides: ``design.json`` and ``model/<name>``.
     """
+    from takagi.certificates.document.certificate_file import dumps
+
     files: Files = {}
     if "controller" in design.document:
         files[GAINS] = gain_file_of(design)

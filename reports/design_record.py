@@ -45,13 +45,6 @@ UNREADABLE = (
 )  # fmt: skip
 
 
-# Modules that folders of before name, and where their records are now.
-_MOVED = {
-    "takagi.reports.margins.running_search": "takagi.reports.margins.running_over_wind",
-    "takagi.reports.simulation.design_runs": "takagi.reports.simulation.measured_loop",
-}
-
-
 def design_record(design: Design, source: ModelFile, model: str) -> str:
     """Return the text of ``design.json``.
 
@@ -288,7 +281,6 @@ class _Reader:
 
     def _object(self, data: Mapping[str, Any]) -> Any:
         module, _, name = data["class"].partition(":")
-        module = _MOVED.get(module, module)
         # Nothing but data: no other module is imported, and nothing but a record is called.
         kind = getattr(import_module(module), name) if module.startswith("takagi.") else None
         if kind is None or _members(kind) is None or kind.__module__ != module:

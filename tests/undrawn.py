@@ -31,7 +31,7 @@ def few_margins(patch: pytest.MonkeyPatch) -> None:
 @contextmanager
 def undrawn() -> Iterator[None]:
     """Let a plant's report and appendix be one word, and its one figure be empty."""
-    from takagi.reports.appendix import design_files as latex
+    from takagi.reports.appendix import plant as latex
     from takagi.reports.page.assembly import ReportFiles
     from takagi.reports.sections.plant import page
 
@@ -46,10 +46,10 @@ def undrawn() -> Iterator[None]:
 def blank_figures() -> Iterator[None]:
     """Let every figure of a page be empty: ``tests/reports/test_figures`` looks at them."""
     from takagi.reports.figures import style
-    from takagi.reports.simulation import plant_figures, tables
+    from takagi.reports.simulation import plant, tables
 
     with pytest.MonkeyPatch.context() as patch:
-        for place in (style, tables, plant_figures):
+        for place in (style, tables, plant):
             patch.setattr(place, "figure_to_svg", lambda *_, **__: "<svg/>")
         patch.setattr(tables, "figure_to_png", lambda *_, **__: b"PNG")
         patch.setattr(style, "figure_to_pdf", lambda _: b"%PDF")

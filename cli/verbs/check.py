@@ -1,7 +1,8 @@
 """`takagi check`: prove a certificate file, with the standard library and the checker alone.
 
 Only this verb is parsed by argparse: it runs in continuous integration and on small machines, and
-must not depend on packages outside the trusted code.
+must not depend on packages outside the trusted code.  What few checks ask for is imported where it
+is asked.
 """
 
 from __future__ import annotations
@@ -48,7 +49,6 @@ def _check(options: argparse.Namespace) -> int:
     # What is asked wrongly is refused before the long work.
     asked = None
     if options.margins:
-        # Imported here, with all that linearises: few users ask for it; it is not trusted code.
         from takagi.reports.margins.thresholds import asked_margins
 
         asked = asked_margins(options.margins)
@@ -71,7 +71,6 @@ def _check(options: argparse.Namespace) -> int:
         return UNPROVED
     missed, lines = _further(options, asked)
     if missed or lines:
-        # Imported here: most checks ask for nothing beside the claims.
         from takagi.reports.ci_formats import with_failures
 
         checked = with_failures(checked, missed, lines)
@@ -96,7 +95,6 @@ def _check(options: argparse.Namespace) -> int:
 
 def _take_folder(options: argparse.Namespace) -> None:
     """Take certificate, gains and model of a design's folder; files that are named are kept."""
-    # Imported here: most checks are given a file.
     from takagi.reports.design_folder import design_folder
 
     options.folder = options.certificate
@@ -109,7 +107,6 @@ def _take_folder(options: argparse.Namespace) -> None:
 def _require_places(options: argparse.Namespace) -> None:
     """Refuse reports that cannot be written, and a C file that cannot be read."""
     if reports := [report for report in (options.junit, options.sarif, options.summary) if report]:
-        # Imported here: most checks write no report.
         from takagi.cli.output_place import require_file_place
 
         for report in reports:
@@ -126,7 +123,6 @@ def _further(
     """Return what is asked beside the claims and missed, with its reason; and lines on the rest."""
     missed: list[tuple[str, str]] = []
     lines: list[str] = []
-    # Imported here: most checks ask for neither, and neither is trusted code.
     if options.c_source:
         from takagi.reports.code.c.comparison import source_differences
 
@@ -184,7 +180,6 @@ def _file_of(model: Path | None) -> Path | None:
     """Return the file of a built-in name, as other verbs read MODEL; any other path as it is."""
     if model is None or model.name != str(model) or model.suffix or model.is_file():
         return model
-    # Imported here: most checks are given a path.
     from takagi.models.files.library import data_folder
 
     built_in = data_folder() / f"{model}.toml"
@@ -192,7 +187,6 @@ def _file_of(model: Path | None) -> Path | None:
 
 
 def _compared(options: argparse.Namespace) -> VerdictComparison:
-    # Imported here: the checker needs the standard library alone.
     from takagi.certificates.cross_check.comparison import cross_checked
 
     with progress(f"takagi check {options.certificate}: decided by FLINT"):
@@ -202,14 +196,14 @@ def _compared(options: argparse.Namespace) -> VerdictComparison:
 def _write_reports(options: argparse.Namespace, checked: CheckedFile) -> None:
     if not (options.junit or options.sarif or options.summary):
         return
-    # Imported here: most checks write no report.
     from takagi.reports import ci_formats
     from takagi.reports.output import write_file
 
     source = str(options.certificate)
-    if options.junit:
-        report = ci_formats.junit(checked, source=source, summary=options.rows)
-        write_file(options.junit, report)
+    formats = ((options.junit, ci_formats.junit), (options.summary, ci_formats.markdown))
+    for place, report_of in formats:
+        if place:
+            write_file(place, report_of(checked, source=source, summary=options.rows))
     if options.sarif:
         kinds = _kinds(options.certificate) if checked.verdict.name != "REFUSED" else []
         # The user's file, given or designed from; a built-in model has none.
@@ -217,9 +211,6 @@ def _write_reports(options: argparse.Namespace, checked: CheckedFile) -> None:
         plant = file if file is not None and file.suffix and file.is_file() else None
         report = ci_formats.sarif(checked, source=source, kinds=kinds, plant=plant)
         write_file(options.sarif, report)
-    if options.summary:
-        report = ci_formats.markdown(checked, source=source, summary=options.rows)
-        write_file(options.summary, report)
 
 
 def _take_summary(options: argparse.Namespace) -> str:
@@ -264,7 +255,6 @@ def _as_json(
         "messages": list(checked.messages),
     }
     if trusted is not None:
-        # Imported here: few ask for it.
         from takagi.cli.terminal.rows import as_data
 
         answer["trusted"] = as_data(trusted)

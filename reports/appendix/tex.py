@@ -20,7 +20,7 @@ from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import exact
 from takagi.models.laws.protocol import law_words
-from takagi.reports.figures.style import figure_to_pdf
+from takagi.reports.figures import style
 from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 from takagi.reports.page.text import at_least, at_most_to
 
@@ -222,7 +222,7 @@ def assembled(
         and whether there is a table of contents.
     drawn : name -> figure.
     """
-    figures = {f"{name}.pdf": figure_to_pdf(figure) for name, figure in drawn.items()}
+    figures = {f"{name}.pdf": style.figure_to_pdf(figure) for name, figure in drawn.items()}
     full_context = {**context, "figures": sorted(figures)}
     files: dict[str, bytes | str] = {
         "appendix.tex": render("appendix.tex.jinja", full_context),

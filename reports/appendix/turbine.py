@@ -11,6 +11,7 @@ import numpy as np
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.claims.turbine.cell_loop import EffortSharingCandidate
+from takagi.certificates.design.design import Tell
 from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
 from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid_condition
 from takagi.lmi.condition.term import Condition
@@ -20,6 +21,7 @@ from takagi.lmi.gains.observer import observer_condition
 from takagi.lmi.turbine.effort import EffortSettings
 from takagi.lmi.turbine.regional import RegionGains
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw, loop_vertices
+from takagi.models.laws.protocol import law_words
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
@@ -27,6 +29,8 @@ from takagi.models.turbine.trim import optimal_tip_speed_ratio, rated_wind
 from takagi.reports.appendix.tex import (
     NONE,
     Tex,
+    assembled,
+    certificate_context,
     decimal,
     escape,
     listed,
@@ -45,7 +49,11 @@ from takagi.reports.sections.turbine.model import (
     region_starts,
     trim_curve,
 )
-from takagi.reports.sections.turbine.running import margins_drawing, response_drawing
+from takagi.reports.sections.turbine.running import (
+    margins_drawing,
+    response_drawing,
+    response_words,
+)
 from takagi.reports.simulation.measured_loop import DesignRun, measured_loop
 
 if TYPE_CHECKING:
@@ -59,6 +67,40 @@ _SYMBOLS, _REMARKS = _WORDS["symbols"], _WORDS["remarks"]
 # Sections of a turbine's file with published results and with another controller's numbers: nothing
 # in the appendix depends on them.
 _LEFT_OUT = ("reference", "baseline")
+
+
+def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[str, bytes | str]:
+    """Return relative file name -> content of the LaTeX appendix of a design.
+
+    ``appendix.tex`` compiles alone with pdflatex; ``appendix-body.tex`` is for ``\\input`` into a
+    paper with the packages that its first lines name; ``figures/*.pdf`` are the figures.  The same
+    design gives the same bytes: there is no date in them.
+
+    Parameters
+    ----------
+    tell : called with a word before each step.
+    """
+    say = tell or (lambda _: None)
+    say("margins")
+    margins = margins_context(design)
+    say("figures")
+    figures = drawn_figures(design)
+    say("LaTeX")
+    context: dict[str, object] = {
+        **plant_context(design),
+        **law_context(design),
+        "conditions": list(conditions(design)),
+        **certificate_context(design),
+        **margins,
+        "responses": [(name, response_words(run)) for name, run in shown_runs(design).items()],
+        "partial": region_context(design.partial_load, design.regional.partial, "b"),
+        "full": region_context(design.full_load, design.regional.full, "c"),
+        "subject": design.turbine.name,
+        "title": f"{design.turbine.name}: multi-region controller design",
+        "subtitle": f"Takagi-Sugeno models, {law_words(design.law.name)}, theorems and margins",
+        "contents": True,
+    }
+    return assembled("turbine_body.tex.jinja", context, figures)
 
 
 def _filters(design: TurbineDesign) -> Tex:

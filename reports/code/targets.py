@@ -354,7 +354,8 @@ def status_bits(
     words : those that a target reports; None for all.
     """
     longest = longest_sample(program)
-    bits = [bit for bit in STATUS_BITS if words is None or bit[1] in words]
+    absent = "" if program.kind == "turbine" else "ESTIMATE_HELD"
+    bits = [b for b in STATUS_BITS if b[1] != absent and (words is None or b[1] in words)]
     if longest is not None:
         index = sum(bit not in (2, 32, 64) for bit, *_ in bits)
         bits.insert(index, (BIT["SAMPLE_TIME_LONG"], "SAMPLE_TIME_LONG", longest.words))

@@ -18,6 +18,7 @@ from takagi.reports.figures.style import (
     house_style,
     marks_above,
     new_figure,
+    outer_legend,
     shades,
     wind_axis,
 )
@@ -115,11 +116,8 @@ def _draw(top: Axes, bottom: Axes, omega: Floats, line: BodeLine, colour: str) -
 def _finish(figure: Figure, top: Axes, bottom: Axes, omega: Floats) -> None:
     from matplotlib.ticker import MultipleLocator
 
-    top.set_xscale("log")
-    top.set_xlim(omega[0], omega[-1])
-    top.set_ylabel("|L| [dB]")
-    bottom.set_ylabel("phase of L [°]")
-    bottom.set_xlabel("frequency [rad/s]")
+    top.set(xscale="log", xlim=(omega[0], omega[-1]), ylabel="|L| [dB]")
+    bottom.set(ylabel="phase of L [°]", xlabel="frequency [rad/s]")
     low, high = bottom.get_ylim()
     bottom.yaxis.set_major_locator(MultipleLocator(90.0 * max(1, round((high - low) / 540.0))))
     top.axhline(0.0, color=GREY, linewidth=0.8)
@@ -172,8 +170,7 @@ def running_margins_figure(winds: Floats, lines: Sequence[MarginLine]) -> Figure
                 axes.set_yscale("log")
             axes.set_ylim(low, high)
             wind_axis(axes, ticks=6)
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+        outer_legend(figure, panels[:1], columns=len(lines))
     return figure
 
 
@@ -254,9 +251,8 @@ def motions_figure(
                 )
             finish(every[-1], len(panels))
             every[-1].set_ylabel("V / level\n[-]")
-        every[-1].set_xlim(0.0, max(float(motion.time[-1]) for motion in motions))
-        every[-1].set_xlabel("time [s]")
+        last = max(float(motion.time[-1]) for motion in motions)
+        every[-1].set(xlim=(0.0, last), xlabel="time [s]")
         handles, names = every[0].get_legend_handles_labels()
-        columns = min(len(names), legend_columns)
-        figure.legend(handles, names, loc="outside lower center", ncols=columns)
+        figure.legend(handles, names, loc="outside lower center", ncols=legend_columns)
     return figure

@@ -19,6 +19,7 @@ from takagi.reports.figures.style import (
     columns,
     house_style,
     new_figure,
+    outer_legend,
     region_axes,
     wind_axis,
 )
@@ -95,10 +96,8 @@ def power_surface_figure(
         along = np.array([tip_speed_ratio(turbine, p.rotor_speed, p.wind) for p in points])
         _trim_line(axes, along, np.array([p.pitch for p in points]) * DEGREES, band)
         axes.set_facecolor("#f4f4f4")
-        axes.set_xlabel("tip-speed ratio [-]")
-        axes.set_ylabel("pitch [°]")
-        axes.set_xlim(ratio[0], ratio[-1])
-        axes.set_ylim(beta[0], beta[-1])
+        axes.set(xlabel="tip-speed ratio [-]", xlim=(ratio[0], ratio[-1]))
+        axes.set(ylabel="pitch [°]", ylim=(beta[0], beta[-1]))
         axes.grid(False)
         figure.colorbar(filled, ax=axes, label="power coefficient [-]")
     return figure
@@ -158,8 +157,7 @@ def membership_figure(
 
 def _panel(axes: Axes, omega: Floats, load: Floats, weights: Floats) -> QuadContourSet:
     filled = _filled(axes, omega, load, np.clip(weights, 0.0, 1.0), LEVELS)
-    axes.set_xlim(omega[0], omega[-1])
-    axes.set_ylim(load[0], load[-1])
+    axes.set(xlim=(omega[0], omega[-1]), ylim=(load[0], load[-1]))
     axes.grid(False)
     return filled
 
@@ -203,8 +201,7 @@ def cells_figure(
         wind_axis(panels[-1])
         panels[-1].set_xlim(v[0], v[-1])
         if not sound.all():
-            handles, texts = panels[0].get_legend_handles_labels()
-            figure.legend(handles, texts, loc="outside lower center")
+            outer_legend(figure, panels[:1])
     return figure
 
 

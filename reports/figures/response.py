@@ -20,10 +20,10 @@ from takagi.reports.figures.style import (
     decimate,
     house_style,
     new_figure,
+    outer_legend,
 )
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -84,13 +84,10 @@ def response_figure(
             axes.set_ylabel(label)
             if rated and quantity in rated:
                 axes.axhline(factor * rated[quantity], color=GREY, linewidth=0.9, linestyle=":")
-        panels[-1].set_xlabel("time [s]")
-        panels[-1].set_xlim(t[0], t[-1])
+        panels[-1].set(xlabel="time [s]", xlim=(t[0], t[-1]))
         panels[0].set_title(title)
         if len(lines) > 1:
-            handles, labels = panels[1].get_legend_handles_labels()
-            per_row = 2 if len(lines) == 4 else 3
-            figure.legend(handles, labels, loc="outside lower center", ncols=per_row)
+            outer_legend(figure, panels[1:2], columns=2 if len(lines) == 4 else 3)
     return figure
 
 
@@ -166,11 +163,4 @@ def _finish(figure: Figure, panels: Sequence[Axes], laws: Sequence[str], title: 
         axes.set_xlabel("time [s]")
         axes.margins(x=0)
     figure.suptitle(title, fontsize=10)
-    named: dict[str, Artist] = {}
-    for axes in panels[:across]:
-        handles, labels = axes.get_legend_handles_labels()
-        for handle, label in zip(handles, labels, strict=True):
-            named.setdefault(label, handle)
-    figure.legend(
-        list(named.values()), list(named), loc="outside lower center", ncols=min(len(named), 4)
-    )
+    outer_legend(figure, panels[:across], columns=4)

@@ -29,6 +29,7 @@ from takagi.reports.output import read_words
 from takagi.reports.page.text import CaptionedFigure
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
@@ -258,11 +259,7 @@ def figure_to_svg(figure: Figure, *, name: str, description: str = "") -> str:
             f"figure name {name!r} was given; it must begin with a letter and hold only letters, "
             "digits and hyphens"
         )
-    buffer = BytesIO()
-    with house_style():
-        _settle(figure)
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    text = buffer.getvalue().decode("utf-8")
+    text = _written(figure, "svg", {"Date": None, "Creator": None}).decode("utf-8")
     body = text[text.index("<svg ") :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, count=1, flags=re.DOTALL)
     body = re.sub(r"\n\s*", "\n", body)
@@ -277,20 +274,19 @@ def figure_to_svg(figure: Figure, *, name: str, description: str = "") -> str:
 
 def figure_to_pdf(figure: Figure) -> bytes:
     """Return the figure as a PDF page for LaTeX, without dates."""
-    buffer = BytesIO()
-    metadata = {"CreationDate": None, "Creator": None, "Producer": None}
-    with house_style():
-        _settle(figure)
-        figure.savefig(buffer, format="pdf", metadata=metadata)
-    return buffer.getvalue()
+    return _written(figure, "pdf", {"CreationDate": None, "Creator": None, "Producer": None})
 
 
 def figure_to_png(figure: Figure, *, dpi: int = 100) -> bytes:
     """Return the figure as a PNG image, for looking at it; reports use SVG and PDF."""
+    return _written(figure, "png", {"Software": None}, dpi=dpi)
+
+
+def _written(figure: Figure, kind: str, metadata: dict[str, str | None], **options: Any) -> bytes:
     buffer = BytesIO()
     with house_style():
         _settle(figure)
-        figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+        figure.savefig(buffer, format=kind, metadata=metadata, **options)
     return buffer.getvalue()
 
 
@@ -302,6 +298,16 @@ def _settle(figure: Figure) -> None:
         for axes in figure.axes:
             _write_powers_in_letters(axes)
         make_room(figure)
+
+
+def outer_legend(figure: Figure, panels: Sequence[Axes], *, columns: int = 2) -> None:
+    """Put one legend of all lines of some panels below a figure, each label once."""
+    named: dict[str, Artist] = {}
+    for axes in panels:
+        handles, labels = axes.get_legend_handles_labels()
+        for handle, label in zip(handles, labels, strict=True):
+            named.setdefault(label, handle)
+    figure.legend([*named.values()], [*named], loc="outside lower center", ncols=columns)
 
 
 def _write_powers_in_letters(axes: Axes) -> None:

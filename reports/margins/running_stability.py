@@ -23,8 +23,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import degrees, pi
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
+from takagi.certificates.design.design import Tell
 from takagi.certificates.design.turbine.effort_sharing_gains import (
     wind_by_wind_law,
     wind_observer_design,
@@ -56,8 +57,6 @@ from takagi.reports.margins.running_over_wind import (
 from takagi.reports.output import sentence
 
 WORDS = "margins/words.toml"
-# Gets a step in words.
-Tell: TypeAlias = Callable[[str], None]
 
 # Factors on a number of the law that are tried as a cure, smallest change first.
 BANDWIDTHS = (0.5, 0.25)

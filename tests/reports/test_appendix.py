@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.reports.appendix.design_files import appendix_files
 from takagi.reports.appendix.tex import Tex, decimal, escape, scientific, unit, with_decimals
+from takagi.reports.appendix.turbine import appendix_files
 from tests.reports.published_designs import with_published_law
 from tests.undrawn import few_margins
 

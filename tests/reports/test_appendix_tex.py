@@ -12,7 +12,7 @@ import pytest
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.models.laws.published.regional_schedule import Variant
-from takagi.reports.appendix.design_files import appendix_files
+from takagi.reports.appendix.turbine import appendix_files
 from tests.reports.published_designs import with_published_law
 from tests.reports.tex_runs import PAPERS, compiled, sound
 from tests.undrawn import few_margins

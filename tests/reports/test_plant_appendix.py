@@ -22,7 +22,7 @@ from takagi.certificates.requests.request import Request
 from takagi.lmi import observer
 from takagi.models import ModelError
 from takagi.models.files.library import built_in_kinds
-from takagi.reports.appendix.design_files import plant_appendix
+from takagi.reports.appendix.plant import plant_appendix
 from takagi.reports.page.mathml import mathml, readable, shortens
 from takagi.reports.sections.plant.gains import equations_latex
 from tests.models.library_plants import model_of, plant_of

@@ -185,7 +185,7 @@ def model_header(model: FmuModel, token: str) -> str:
         "variables": model.variables,
         "at": {variable.key: f"AT_{variable.name}" for variable in model.variables},
         "law": model.c,
-        "normal": bits["AT_LIMIT"] | bits["ESTIMATE_HELD"],
+        "normal": bits["AT_LIMIT"] | bits.get("ESTIMATE_HELD", 0),
     }
     return filled("fmu", "model.h", {**model.c.context, **own})
 

@@ -28,6 +28,7 @@ from takagi.reports.figures.style import (
     captioned_figure,
     house_style,
     new_figure,
+    outer_legend,
 )
 from takagi.reports.loops.plant_local import PlantLocalLoop, common_frequencies
 from takagi.reports.loops.plant_loop import PlantLoop
@@ -88,7 +89,7 @@ def weights_figure(curves: tuple[PremiseCurve, ...]) -> Figure:
             axes.set_visible(False)
         lines = next((a for a, c in zip(panels, curves, strict=False) if len(c.axes) == 1), None)
         if lines is not None:
-            figure.legend(*lines.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+            outer_legend(figure, [lines])
     return figure
 
 
@@ -138,10 +139,8 @@ def _line(axes: Axes, curve: PremiseCurve) -> None:
         strict=False,
     ):  # fmt: skip
         axes.plot(curve.axes[0], weight, color=colour, linestyle=style, label=words)
-    axes.set_xlim(curve.axes[0][0], curve.axes[0][-1])
-    axes.set_ylim(-0.03, 1.03)
-    axes.set_xlabel(powers(curve.variables[0]))
-    axes.set_ylabel("weight [-]")
+    axes.set(xlim=curve.axes[0][[0, -1]], ylim=(-0.03, 1.03))
+    axes.set(xlabel=powers(curve.variables[0]), ylabel="weight [-]")
 
 
 def _surface(axes: Axes, curve: PremiseCurve) -> None:
@@ -150,8 +149,7 @@ def _surface(axes: Axes, curve: PremiseCurve) -> None:
     filled = axes.contourf(*curve.axes, upper, levels=levels, cmap=SEQUENTIAL)
     bar = axes.figure.colorbar(filled, ax=axes, ticks=[0.0, 0.5, 1.0])
     bar.set_label("weight of the\nupper bound [-]")
-    axes.set_xlabel(powers(curve.variables[0]))
-    axes.set_ylabel(powers(curve.variables[1]))
+    axes.set(xlabel=powers(curve.variables[0]), ylabel=powers(curve.variables[1]))
 
 
 SHADE = "#eeeeee"

@@ -10,7 +10,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.plant.plant import file_unit
-from takagi.reports.figures.style import COLOURS, GREY, WIDTH, house_style, new_figure
+from takagi.reports.figures.style import COLOURS, GREY, WIDTH, house_style, new_figure, outer_legend
 from takagi.reports.loops.plant_loop import PlantLoop, PolynomialRegion
 from takagi.reports.loops.plant_motion import PlantMotion
 
@@ -50,8 +50,7 @@ def set_figure(loop: PlantLoop) -> Figure:
             axes.set_visible(True)
             _panel(axes, loop, (i, j))
             axes.label_outer()
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=2)
+        outer_legend(figure, panels[:1])
     return figure
 
 
@@ -85,12 +84,10 @@ def _panel(
             label = "range in the file" if k == 0 and end == near[0] else None
             draw(end, color=GREY, lw=1.0, ls=":", label=label)
         limits.append(max([BESIDE * reach[k], *(1.08 * abs(end) for end in near)]))
-    axes.set_xlim(-limits[0], limits[0])
-    axes.set_ylim(-limits[1], limits[1])
+    axes.set(xlim=(-limits[0], limits[0]), ylim=(-limits[1], limits[1]))
     axes.plot([0], [0], "+", color="black", ms=8, ls="none", label="rest")
     words = [f"{loop.names[k]} [{unit}]" for k, (_, unit) in zip(pair, units, strict=True)]
-    axes.set_xlabel(words[0])
-    axes.set_ylabel(words[1])
+    axes.set(xlabel=words[0], ylabel=words[1])
 
 
 def _set(axes: Axes, loop: PlantLoop, pair: tuple[int, int], sizes: Floats) -> Floats:
@@ -174,6 +171,5 @@ def phase_figure(
             _panel(axes, loop, pair, motions)
         for axes in panels[len(shown) :]:
             axes.set_visible(False)
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=2)
+        outer_legend(figure, panels[:1])
     return figure

@@ -5,7 +5,7 @@ Behind it the claims as the checker states them, and the proved set in pictures.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -16,7 +16,7 @@ from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.requests.tracking import jump_shares
 from takagi.models.arrays import Floats
-from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_file_units
+from takagi.models.plant.plant import Variable, file_unit, rate_in_file_units, time_in_file_units
 from takagi.models.tracking import signals_of
 from takagi.reports.figures.plant.proved_set import MOST_STATES, pairs, set_figure
 from takagi.reports.figures.style import captioned_figure
@@ -112,20 +112,23 @@ def _starts(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
     """Return how far a state may start, one at a time, and the disturbances that are withstood."""
     phrases = [start_words(number) for number in set_starts(loop, claim["P"], claim["level"])]
     bounds = claim.get("disturbance_bounds") or ()
-    moving = [
-        f"|{variable.name}| \u2264 {at_least(float(_exact(bound)) / size)}{behind(unit)}"
-        for variable, bound in zip(loop.plant.disturbances, bounds, strict=False)
-        for size, unit in (file_unit(variable),)
-    ]
+    moving = _bounded(loop.plant.disturbances, bounds, at_least)
     return [", ".join(moving)] * bool(moving) + [f"one state at a time: {', '.join(phrases)}"]
 
 
 def _limits(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
-    return [
-        f"|{variable.name}| \u2264 {at_most(float(_exact(limit)) / size)}{behind(unit)}"
-        for variable, limit in zip(loop.plant.inputs, claim.get("input_limits") or (), strict=False)
-        for size, unit in (file_unit(variable),)
-    ]
+    return _bounded(loop.plant.inputs, claim.get("input_limits") or (), at_most)
+
+
+def _bounded(
+    variables: Sequence[Variable], bounds: Sequence[object], rounded: Callable[[float], str]
+) -> list[str]:
+    phrases = []
+    for variable, bound in zip(variables, bounds, strict=False):
+        size, unit = file_unit(variable)
+        value = rounded(float(_exact(bound)) / size)
+        phrases.append(f"|{variable.name}| \u2264 {value}{behind(unit)}")
+    return phrases
 
 
 def _jumps(design: PlantDesign, claim: Mapping[str, Any]) -> list[str]:

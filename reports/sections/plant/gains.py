@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import sympy as sp
+
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.blending.blending import Actuator, Blending, RunTimeBlending
 from takagi.models.equations.derivation_step import Step
@@ -172,8 +174,6 @@ def _laws(blending: Blending) -> list[str]:
 
 
 def _latex(expression: Any) -> str:
-    import sympy as sp
-
     return readable(str(sp.latex(expression)))
 
 
@@ -205,8 +205,6 @@ def _row(
 def plant_section(design: PlantDesign) -> Section:
     """Return the section about the plant as its file gives it."""
     plant = design.plant
-    import sympy as sp
-
     return Section(
         "plant",
         "The plant",
@@ -231,8 +229,6 @@ def equations_latex(plant: Plant) -> list[str]:
 
     With a mass matrix one formula M x' = f in matrices.
     """
-    import sympy as sp
-
     mark = r"\dot{{{}}}" if plant.sample_time is None else "{{{}}}^{{+}}"
     left_sides = [mark.format(sp.latex(v.symbol)) for v in plant.states]
     if plant.mass is None:

@@ -31,14 +31,10 @@ def loops_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLoc
     """Return the section with Bode plots and margins; only for a plant with a law."""
     beside = regulator(design)
     regulator_loops = () if beside is None else rest_loops(loop, beside.gain)
-    table_rows = [
-        ((local_loop.place, name_of(local_loop.input)), local_loop.margins) for local_loop in loops
-    ]
     at = sum(local_loop.place == "rest" for local_loop in loops)
-    table_rows[at:at] = [
-        (("rest, LQR", name_of(local_loop.input)), local_loop.margins)
-        for local_loop in regulator_loops
-    ]
+    named = [(each.place, each) for each in loops]
+    named[at:at] = [("rest, LQR", each) for each in regulator_loops]
+    table_rows = [((place, name_of(each.input)), each.margins) for place, each in named]
     return Section(
         "loops",
         "Margins and Bode plots",
@@ -52,9 +48,7 @@ def loops_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLoc
             "compared": "" if beside is None else _beside_regulator(loop, beside, loops[:at]),
             "weights": [] if beside is None else _weights(loop, beside),
             "unstable": [
-                f"{local_loop.place}, {name_of(local_loop.input)}"
-                for local_loop in loops
-                if not local_loop.margins.stable
+                f"{each.place}, {name_of(each.input)}" for each in loops if not each.margins.stable
             ],
             "left_out": 0 if len(loop.model.rules) <= LISTED else len(loop.model.rules),
             "vertices": len(loops) > at,
@@ -74,12 +68,10 @@ def _beside_regulator(loop: PlantLoop, beside: Regulator, loops: Sequence[PlantL
         for n in margins
         if n.quantity in theirs
     ]
-    times = [
-        beside.settling(of_design=of_design, step=loop.model.sample_time)
-        for of_design in (True, False)
-    ]
-    if times[0] is not None and times[1] is not None:
-        pairs.append(("settling time", times[0], times[1], "s", False))
+    step = loop.model.sample_time
+    own, other = (beside.settling(of_design=law, step=step) for law in (True, False))
+    if own is not None and other is not None:
+        pairs.append(("settling time", own, other, "s", False))
     return comparison("LQR", pairs)
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.design.design import Tell
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.reports.figures.plant.captioned import (
     captioned_jumps_figure,
@@ -38,8 +38,6 @@ from takagi.reports.sections.plant.summary import (
     summary_rows,
 )
 from takagi.reports.simulation.plant import jump_motions
-
-Tell = Callable[[str], None]
 
 
 def plant_report_files(design: PlantDesign, *, tell: Tell | None = None) -> ReportFiles:

@@ -219,15 +219,17 @@ def set_starts(loop: PlantLoop, P: ArrayLike, level: object) -> tuple[Number, ..
 
     A controller starts at rest: its states are left out.
     """
+    reach = np.sqrt(float(Fraction(str(level))) / np.diag(np.asarray(P, dtype=np.float64)))
+    return _reach_numbers(loop, reach[: len(reach) - len(loop.plant.integrators)].tolist())
+
+
+def _reach_numbers(loop: PlantLoop, reach: Sequence[float]) -> tuple[Number, ...]:
     numbers = []
-    diagonal = np.diag(np.asarray(P, dtype=np.float64))
-    count = len(diagonal) - len(loop.plant.integrators)
-    for k, (label, entry) in enumerate(zip(loop.model.states[:count], diagonal, strict=False)):
+    for k, (label, far) in enumerate(zip(loop.model.states, reach, strict=False)):
         size, unit = _unit_of_state(loop, k)
-        reach = float(np.sqrt(float(Fraction(str(level))) / entry))
         ends = loop.model.box.get(label)
-        share = None if ends is None else reach / max(abs(float(end)) for end in ends)
-        numbers.append(Number(name_of(label), reach / size, unit, share))
+        share = None if ends is None else far / max(abs(float(end)) for end in ends)
+        numbers.append(Number(name_of(label), far / size, unit, share))
     return tuple(numbers)
 
 
@@ -271,18 +273,13 @@ def _settles(design: PlantDesign, loop: PlantLoop, beside: Regulator | None) -> 
         value, unit = rate_in_file_units(loop.plant, loop.decay_rate)
         phrases.append(f"decay rate >= {at_least(value)} {unit}")
         numbers.append(Number("decay rate", value, unit))
-    times = (
-        []
-        if beside is None
-        else [
-            beside.settling(of_design=of_design, step=loop.model.sample_time)
-            for of_design in (False, True)
-        ]
-    )
     words = ""
-    if phrases and all(time is not None for time in times) and times:
-        first, second = (time_in_file_units(loop.plant, float(time or 0)) for time in times)
-        words = f"linear {second[0]:.3g} {second[1]}, LQR {first[0]:.3g} {first[1]}"
+    if phrases and beside is not None:
+        step = loop.model.sample_time
+        times = [beside.settling(of_design=own, step=step) for own in (True, False)]
+        shown = [time_in_file_units(loop.plant, time) for time in times if time is not None]
+        if len(shown) == 2:
+            words = "linear {:.3g} {}, LQR {:.3g} {}".format(*shown[0], *shown[1])
     return SummaryRow("settles", tuple(phrases), tuple(numbers), words)
 
 
@@ -309,14 +306,9 @@ def _polynomial_set(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     """Return how far each state alone may start in the set of a polynomial."""
     if loop.region is None:
         return None
-    numbers = []
-    for k, label in enumerate(loop.model.states):
-        size, unit = _unit_of_state(loop, k)
-        ends, reach = loop.model.box.get(label), loop.region.starts[k]
-        share = None if ends is None else reach / max(abs(float(end)) for end in ends)
-        numbers.append(Number(name_of(label), reach / size, unit, share))
+    numbers = _reach_numbers(loop, loop.region.starts)
     first, *others = _start_parts(numbers)
-    return SummaryRow("polynomial", (f"safe start {first}", *others), tuple(numbers))
+    return SummaryRow("polynomial", (f"safe start {first}", *others), numbers)
 
 
 def _in_samples(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
@@ -369,14 +361,15 @@ def _scheduled(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
         rated = any(claim.get("rates") or ())
         if rated:
             phrases.append("while the weights keep to the rates of the claim")
-        row = SummaryRow(
+        return SummaryRow(
             "decays",
             tuple(phrases),
             (Number("decay rate", number, unit),),
             partial=rated,
             shortfall="these rates are assumed, not proved",
+            claim=str(claim["name"]),
+            assumes=tuple(assumptions(loop, claim)),
         )
-        return replace(row, claim=str(claim["name"]), assumes=tuple(assumptions(loop, claim)))
     return None
 
 
@@ -587,18 +580,16 @@ def _observer(design: PlantDesign) -> SummaryRow | None:
 
 def _not_covered(design: PlantDesign, loop: PlantLoop) -> SummaryRow:
     """Return what none of the claims speaks of."""
-    kinds = proved_kinds(design)
-    phrases = []
-    if not design.is_about_plant:
-        phrases.append("the plant beside its model")
-    if not loop.discrete and loop.gains is not None and "sampled-loop" not in kinds:
-        phrases.append("sampling (--sample-time)")
-    if loop.gains is not None and "exit-probability" not in kinds:
-        phrases.append("measurement noise")
-    if loop.gains is not None and not proved_limits(design):
-        phrases.append("limits of the inputs")
-    phrases.append("states outside their ranges")
-    return SummaryRow("not covered", tuple(phrases), basis="no claim")
+    kinds, law = proved_kinds(design), loop.gains is not None
+    uncovered = {
+        "the plant beside its model": not design.is_about_plant,
+        "sampling (--sample-time)": law and not loop.discrete and "sampled-loop" not in kinds,
+        "measurement noise": law and "exit-probability" not in kinds,
+        "limits of the inputs": law and not proved_limits(design),
+        "states outside their ranges": True,
+    }
+    phrases = tuple(phrase for phrase, holds in uncovered.items() if holds)
+    return SummaryRow("not covered", phrases, basis="no claim")
 
 
 def _unit_of_state(loop: PlantLoop, index: int) -> tuple[float, str]:
@@ -634,8 +625,7 @@ def assumptions(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
             phrases.append("no time for computing")
         elif not loop.discrete:
             phrases.append("no sampling")
-    moving = any(not variable.schedules for variable in loop.plant.disturbances)
-    if moving and not claim.get("disturbance_bounds") and kind not in _DISTURBED:
+    if _disturbed(loop) and not claim.get("disturbance_bounds") and kind not in _DISTURBED:
         phrases.append("no disturbance")
     if "entering" in claim:
         phrases.append("no other disturbance")

@@ -214,8 +214,7 @@ def gust_figure(run: DesignRun, bound: float | None, inside: NDArray[np.bool_] |
             elif bound is not None:
                 speed.plot(ends, [rpm * bound] * 2, color="black", lw=2.5, label=label)
                 label = "_nolegend_"
-        speed.set_ylabel("rotor speed [rpm]")
-        speed.set_xlabel("time [s]")
+        speed.set(ylabel="rotor speed [rpm]", xlabel="time [s]")
         speed.set_xlim(0.0, min(SHOWN, float(time[-1])))
         handles = [*wind.get_legend_handles_labels()[0], *speed.get_legend_handles_labels()[0]]
         spaced = {"ncols": 3, "handlelength": 1.5, "columnspacing": 1.0}

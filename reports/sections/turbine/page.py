@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.design.design import Tell
 from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
 from takagi.models.laws.protocol import law_words
 from takagi.reports.figures.operation import OverlapRow, overlaps_figure
@@ -174,9 +175,6 @@ def _overlap_figure(design: TurbineDesign, claims: tuple[OverlapClaim, ...]) -> 
         "overlaps",
         winds=winds_by_overlap,
     )
-
-
-Tell = Callable[[str], None]
 
 
 def report_html(design: TurbineDesign, *, tell: Tell | None = None) -> ReportFiles:

@@ -1,14 +1,17 @@
-"""The values for the templates of a plant's appendix."""
+"""The appendix of a plant: its equations, model, law, theorems, conditions and margins."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import sympy as sp
 
+from takagi.certificates.design.design import Tell
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.plant.plant import Plant, Variable
 from takagi.models.ts.model import TSModel
@@ -16,6 +19,7 @@ from takagi.models.ts.premise import Premise
 from takagi.reports.appendix.tex import (
     NONE,
     Tex,
+    assembled,
     checked_context,
     decimal,
     escape,
@@ -26,11 +30,24 @@ from takagi.reports.appendix.tex import (
     with_decimals,
 )
 from takagi.reports.appendix.turbine import posed_design, vertex_lines
-from takagi.reports.loops.plant_local import PlantLocalLoop
-from takagi.reports.loops.plant_loop import PlantLoop
+from takagi.reports.figures.loops import responses_figure
+from takagi.reports.figures.plant.captioned import (
+    AROUND,
+    bode_drawings,
+    premise_curves,
+    weights_figure,
+)
+from takagi.reports.figures.plant.proved_set import phase_figure, planes
+from takagi.reports.loops.plant_local import PlantLocalLoop, local_loops
+from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
+from takagi.reports.loops.plant_motion import around, motions, starts
 from takagi.reports.page.mathml import readable, shortens
 from takagi.reports.page.text import at_most, name_of
 from takagi.reports.sections.plant.gains import equations_latex, gain_columns, kinds
+from takagi.reports.simulation.plant import jump_motions
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # A table of gains with more columns does not fit the page: each rule then gets a matrix.
 MOST_COLUMNS = 9
@@ -40,6 +57,53 @@ _OWN_STEPS = ("Plant", "Premise ", "Weights", "Memberships", "Rules", "Vertex")
 # Bounds are rounded outward by at most this share; points where an extreme may lie, and the
 # longest formula of one that is shown.
 _ROUNDED, _MOST_POINTS, _LONGEST = 1.1e-7, 400, 48
+
+
+def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str, bytes | str]:
+    """Return relative file name -> content of the LaTeX appendix of a plant's design.
+
+    ``appendix.tex`` compiles alone with pdflatex; ``appendix-body.tex`` is for ``\\input`` into a
+    paper with the packages that its first lines name; ``figures/*.pdf`` are the figures.  The same
+    design gives the same bytes: there is no date in them.
+
+    Parameters
+    ----------
+    tell : called with a word before each step.
+
+    Raises
+    ------
+    ModelError : gains that do not fit the model.
+    """
+    say = tell or (lambda _: None)
+    loop = plant_loop(design)
+    say("margins")
+    loops = local_loops(loop)
+    say("figures")
+    figures = _figures(design, loop, loops)
+    say("LaTeX")
+    return assembled("plant_body.tex.jinja", latex_context(design, loop, loops), figures)
+
+
+def _figures(
+    design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]
+) -> dict[str, Figure]:
+    responses = motions(loop, starts(loop))
+    figures = {"responses": responses_figure(loop, responses)}
+    # V is a function of deviations from the rest before the jump.
+    jumps = [replace(run, value=np.zeros(0)) for run in jump_motions(design, loop)]
+    if jumps:
+        figures["jumps"] = responses_figure(loop, jumps)
+    curves = premise_curves(loop.model)
+    if curves:
+        figures["memberships"] = weights_figure(curves)
+    if planes(loop):
+        two = len(loop.names) == 2
+        figures["phase"] = phase_figure(
+            loop, motions(loop, around(loop, AROUND)) if two else responses
+        )
+    for k, (_, figure) in enumerate(bode_drawings(loops), 1):
+        figures[f"bode-{k}" if k > 1 else "bode"] = figure
+    return figures
 
 
 def latex_context(
@@ -99,10 +163,8 @@ def _listed(symbols: Iterable[Any]) -> Tex:
 
 def _variable(kind: str, variable: Variable) -> list[Tex]:
     ends = [NONE, NONE]
-    if variable.range is not None:
-        ends = [
-            decimal_or_rounded(variable.range.lower), decimal_or_rounded(variable.range.upper)
-        ]  # fmt: skip
+    if (side := variable.range) is not None:
+        ends = [decimal_or_rounded(side.lower), decimal_or_rounded(side.upper)]
     return [
         _symbol(variable.symbol), escape(kind), unit(variable.unit), *ends,
         decimal_or_rounded(variable.rest), escape(variable.description),
@@ -144,8 +206,6 @@ def _attained(premise: Premise, box: Mapping[str, Any]) -> tuple[Tex, Tex]:
     Looked for at the ends of its variables, at 0 and at multiples of pi/4; shown where the bound
     that is used is this value rounded outward, so that it is the extreme to seven decimals.
     """
-    import sympy as sp
-
     assert premise.proof is not None  # asked before
     expression = premise.proof.expression
     sides = {name_of(label): ends for label, ends in box.items()}
@@ -175,8 +235,6 @@ def _attained(premise: Premise, box: Mapping[str, Any]) -> tuple[Tex, Tex]:
 
 def _value(expression: Any, at: Mapping[Any, Any]) -> Any:
     """Return the expression at a point, with its limit where one variable alone makes it 0/0."""
-    import sympy as sp
-
     substituted = expression.subs(at)
     if substituted.is_finite is not False and substituted is not sp.nan:
         return substituted
@@ -195,9 +253,7 @@ def _equation(model: TSModel, *, measured: bool) -> Tex:
     terms += [rf"B_{index} \tilde u"] * bool(model.inputs)
     terms += [rf"E_{index} \tilde w"] * bool(np.any(model.E))
     inner = " + ".join(terms)
-    equation = (
-        rf"{left_side} = {blend} \bigl({inner}\bigr)" if several else f"{left_side} = {inner}"
-    )
+    equation = f"{left_side} = " + (rf"{blend} \bigl({inner}\bigr)" if several else inner)
     if measured:
         equation += rf", \qquad \tilde y = {blend} C_{index} \tilde x"
     return Tex(equation)
@@ -331,8 +387,6 @@ def decimal_or_rounded(value: Any) -> Tex:
 
 
 def _latex(value: Any) -> str:
-    import sympy as sp
-
     return readable(str(sp.latex(sp.Symbol(value) if isinstance(value, str) else value)))
 
 
