@@ -10,7 +10,7 @@ import pytest
 from scipy.io import savemat
 
 import takagi.models
-from takagi.models import ModelError, Turbine, load_model, load_ts_model, nrel5mw
+from takagi.models import ModelError, load_model, load_ts_model
 from takagi.models.files import library
 from takagi.models.files.library import data_folder
 
@@ -104,13 +104,6 @@ def test_the_fixed_names_are_exported() -> None:
 def test_an_unknown_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         _ = takagi.models.nonsense
-
-
-def test_load_model_reads_a_built_in_turbine() -> None:
-    found = load_model("nrel5mw")
-
-    assert isinstance(found, Turbine)
-    assert found.inertia == nrel5mw().inertia
 
 
 def test_load_model_offers_near_names() -> None:

@@ -1,4 +1,4 @@
-"""The models of partial and full load: exact over their bands, with bounds that no sample leaves."""
+"""The models of partial and full load: exact over their bands, within bounds that samples keep."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Conditions written with operators are those written as terms; sums and named numbers; equalities."""
+"""Conditions written with operators are those written as terms; sums, named numbers, equalities."""
 
 from __future__ import annotations
 
