@@ -165,6 +165,9 @@ def test_a_run_that_leaves_the_tables_says_when() -> None:
     assert 2.9 < first < 3.2
     # What the blades meet differs a little from the wind, by the wake and the moving parts.
     assert float(remark.split("from ")[1].split(" s")[0]) == pytest.approx(first, abs=0.2)
+    for run in (*simulation.runs, *baseline().runs):
+        assert run.metrics is not None
+        assert ("runaway" in " ".join(run.remarks())) == (run.metrics.overspeed > 20)
 
 
 @pytest.mark.parametrize("name", [name for name in FORMS if FORMS[name].alone])
