@@ -44,8 +44,10 @@ from takagi.models.ranges.ball_form import (
     halved,  # noqa: E402
     side_of,  # noqa: E402
 )
-from takagi.models.ranges.domain import sampled_bounds  # noqa: E402
-from takagi.models.ranges.expression_range import expression_range  # noqa: E402
+from takagi.models.ranges.expression_range import (
+    expression_range,  # noqa: E402
+    sampled_bounds,  # noqa: E402
+)
 from takagi.models.ranges.tape import tape_of  # noqa: E402
 from takagi.models.splines.table_function import TableFunction  # noqa: E402
 

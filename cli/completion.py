@@ -54,7 +54,9 @@ def _described(words: Sequence[str] | None) -> Callable[..., None]:
         # As flags: what follows an option is completed like any other word.
         for option in dict.fromkeys(_OPTION.findall(text)):
             parameters.append(_parameter(option[2:], annotated[bool, typer.Option(option)], False))
-    listed = typer.Argument(autocompletion=lambda incomplete: _matching(names, incomplete))
+    listed = typer.Argument(
+        autocompletion=lambda incomplete: [n for n in names if n.startswith(incomplete)]
+    )
     parameters.append(_parameter("words", annotated[list[str] | None, listed], None))
     described: Any = command
     described.__signature__ = inspect.Signature(parameters)
@@ -97,7 +99,3 @@ def _studies() -> tuple[str, ...]:
     from takagi.cli.verbs.study import STUDIES
 
     return tuple(study.name for study in STUDIES)
-
-
-def _matching(names: Sequence[str], incomplete: str) -> list[str]:
-    return [name for name in names if name.startswith(incomplete)]

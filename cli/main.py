@@ -52,15 +52,6 @@ def _escape_what_cannot_be_shown() -> None:
             reconfigure(errors="backslashreplace")
 
 
-def _collect_seldom() -> None:
-    """Look for garbage in cycles seldom, and not once more among all libraries at the end.
-
-    Python does it at every 700th new object: with the end a fifth of a small design.
-    """
-    gc.set_threshold(50_000)
-    atexit.register(gc.freeze)
-
-
 def _complete(arguments: list[str]) -> int:
     # Imported here: nothing else needs typer before a verb is known.
     status: int = import_module("takagi.cli.completion").complete(arguments, VERBS)
@@ -91,7 +82,10 @@ def _dispatch(arguments: list[str]) -> int:
             if empty:
                 print(empty, file=sys.stderr)
                 return MISUSE
-            _collect_seldom()
+            # Garbage in cycles is looked for at every 700th new object, and once more among all
+            # libraries at the end: with the end a fifth of a small design.
+            gc.set_threshold(50_000)
+            atexit.register(gc.freeze)
             status: int = import_module(f"takagi.cli.verbs.{verb.name}").run(following)
             return status
     print(_unknown(first), file=sys.stderr)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from takagi.cli.progress import Tell, progress
-from takagi.reports.output import OutputError
+from takagi.reports.output import OutputError, write_folder
 
 Result = TypeVar("Result")
 
@@ -81,7 +81,7 @@ def _try_to_write(folder: Path) -> None:
 
 def kept_results(
     title: str,
-    out: Path,
+    out: Path | None,
     work: Callable[[Tell], Result],
     files_of: Callable[[Result], Mapping[str, bytes | str]],
     *,
@@ -89,16 +89,18 @@ def kept_results(
 ) -> tuple[Result, list[str]]:
     """Return the result of a long work and the files that were written of it into ``out``.
 
-    Ctrl-C says that what is finished stays there, and passes.
+    Ctrl-C says that what is finished stays there, and passes.  Without ``out`` none is written.
     """
-    from takagi.reports.output import write_folder
-
     with progress(title) as tell:
         try:
             result = work(tell)
         except KeyboardInterrupt:
-            print(f"Finished {what} are kept in {out}: the same command goes on.", file=sys.stderr)
+            if out is not None:
+                words = f"Finished {what} are kept in {out}: the same command goes on."
+                print(words, file=sys.stderr)
             raise
+        if out is None:
+            return result, []
         tell("figures and tables")
         files = files_of(result)
         write_folder(out, files)

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from statistics import median_high
 from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 if TYPE_CHECKING:
@@ -39,57 +40,43 @@ class StepLine:
     def __init__(self, steps: Sequence[Step], now: Callable[[], float] = time.monotonic) -> None:
         self._steps, self._now = list(steps), now
         self._started = self._entered = now()
-        self._k = -1
-        self._taken = [0.0] * len(self._steps)
-        self._words = ""
+        self._k, self._words = -1, ""
+        # Time taken over time expected, of the steps done.
+        self._paces: list[float] = []
 
     def tell(self, words: str) -> None:
         """Take a report; it begins a later step if it has the words of one."""
         following = range(self._k + 1, len(self._steps))
         k = next((k for k in following if words.startswith(self._steps[k].words)), None)
         if k is not None:
-            now = self._now()
-            if self._k >= 0:
-                self._taken[self._k] = now - self._entered
-            self._k, self._entered = k, now
+            ended, taken = self._steps[self._k], self._now() - self._entered
+            if self._k >= 0 and taken and not ended.varies and ended.seconds >= _TELLING:
+                self._paces.append(taken / ended.seconds)
+            self._k, self._entered = k, self._now()
         self._words = words
 
     def __str__(self) -> str:
-        """Return a line such as ``"3 of 6  gains  45 %  about 12 s left"``."""
+        """Return a line such as ``"3 of 6  gains  45 %  about 12 s left"``.
+
+        No time where nothing honest can be said of it.
+        """
         if self._k < 0:
             return self._words
-        parts = [f"{self._k + 1} of {len(self._steps)}", self._words, f"{self._share():.0%}"]
-        parts[-1] = parts[-1].replace("%", " %")
-        left = self._left()
-        return "  ".join([*parts, f"about {_in_words(left)} left"] if left is not None else parts)
-
-    def _pace(self) -> float | None:
-        """Return time taken over time expected, the median of the steps done; None before any."""
-        ratios = sorted(
-            taken / step.seconds
-            for step, taken in zip(self._steps[: self._k], self._taken, strict=False)
-            if taken and not step.varies and step.seconds >= _TELLING
+        now, (step, *later) = self._now(), self._steps[self._k :]
+        spent, pace = now - self._entered, median_high(self._paces or [1.0])
+        total, before = (
+            sum(s.seconds for s in part) for part in (self._steps, self._steps[: self._k])
         )
-        return ratios[len(ratios) // 2] if ratios else None
-
-    def _share(self) -> float:
-        """Return the share of the usual time that is done; a step alone never fills its part."""
-        weights = [step.seconds for step in self._steps]
-        expected = weights[self._k] * (self._pace() or 1.0)
-        part = min((self._now() - self._entered) / expected, 0.95)
-        return (sum(weights[: self._k]) + part * weights[self._k]) / sum(weights)
-
-    def _left(self) -> float | None:
-        """Return the time remaining [s]; None where nothing honest can be said of it."""
-        pace, now = self._pace(), self._now()
-        remaining = self._steps[self._k :]
-        if pace is None or now - self._started < _EARLIEST or any(s.varies for s in remaining):
-            return None
-        current = remaining[0].seconds * pace - (now - self._entered)
+        # A step alone never fills its part.
+        share = (before + min(spent / pace, 0.95 * step.seconds)) / total
+        parts = [f"{self._k + 1} of {len(self._steps)}", self._words, f"{100 * share:.0f} %"]
+        varies = any(s.varies for s in (step, *later))
         # A step that takes longer than expected makes the expectation worthless.
-        if current < 0:
-            return None
-        return current + pace * sum(step.seconds for step in remaining[1:])
+        late = spent > step.seconds * pace
+        if self._paces and now - self._started >= _EARLIEST and not varies and not late:
+            left = pace * (step.seconds + sum(s.seconds for s in later)) - spent
+            parts.append(f"about {_in_words(left)} left")
+        return "  ".join(parts)
 
 
 def _in_words(seconds: float) -> str:
@@ -116,7 +103,7 @@ def progress(
     """
     target = sys.stderr if stream is None else stream
     if not target.isatty():
-        yield _tell_nobody
+        yield lambda step, done=None: None
         return
     bar = _Bar(title, target, line)
     # A timer is used because a solver may run for a minute without reporting progress.
@@ -128,10 +115,6 @@ def progress(
     finally:
         timer.cancel()
         bar.close()
-
-
-def _tell_nobody(step: str, done: float | None = None) -> None:
-    """Take a report of progress when there is no terminal to show it on."""
 
 
 class _Bar:

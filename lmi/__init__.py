@@ -78,8 +78,8 @@ if TYPE_CHECKING:
     from takagi.lmi.expressions.expression import trace as trace
     from takagi.lmi.gains.attraction.design import attraction_ellipsoid as attraction_ellipsoid
     from takagi.lmi.gains.attraction.design import attraction_pdc as attraction_pdc
-    from takagi.lmi.gains.cost.condition import lqr_pdc_condition as lqr_pdc_condition
     from takagi.lmi.gains.cost.regulator import lqr_pdc as lqr_pdc
+    from takagi.lmi.gains.cost.regulator import lqr_pdc_condition as lqr_pdc_condition
     from takagi.lmi.gains.decay.condition import pdc_condition as pdc_condition
     from takagi.lmi.gains.decay.pdc import pdc as pdc
     from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc as hinf_pdc
@@ -93,19 +93,11 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc_condition as fuzzy_pdc_condition
     from takagi.lmi.gains.observer import observer as observer
     from takagi.lmi.gains.observer import observer_condition as observer_condition
-    from takagi.lmi.gains.output_feedback.controller import OutputFeedback as OutputFeedback
-    from takagi.lmi.gains.output_feedback.controller import (
-        hinf_output_feedback as hinf_output_feedback,
-    )
-    from takagi.lmi.gains.output_feedback.controller import mixed_sensitivity as mixed_sensitivity
     from takagi.lmi.gains.output_feedback.fixed_order import FixedOrderDesign as FixedOrderDesign
-    from takagi.lmi.gains.output_feedback.fixed_order import hinf_fixed_order as hinf_fixed_order
-    from takagi.lmi.gains.output_feedback.generalised_plant import (
+    from takagi.lmi.gains.output_feedback.fixed_order import (
         GeneralisedPlant as GeneralisedPlant,
     )
-    from takagi.lmi.gains.output_feedback.generalised_plant import (
-        hinf_output_feedback_condition as hinf_output_feedback_condition,
-    )
+    from takagi.lmi.gains.output_feedback.fixed_order import hinf_fixed_order as hinf_fixed_order
     from takagi.lmi.gains.structured.design import StructuredDesign as StructuredDesign
     from takagi.lmi.gains.structured.design import structured_pdc as structured_pdc
     from takagi.lmi.gains.zero_gains import ZeroGainsWarning as ZeroGainsWarning

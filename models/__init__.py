@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Variable as Variable
     from takagi.models.plant_files.writer import plant_text as plant_text
     from takagi.models.ranges.cell_search import Cell as Cell
-    from takagi.models.ranges.domain import Domain as Domain
-    from takagi.models.ranges.domain import sampled_bounds as sampled_bounds
+    from takagi.models.ranges.expression_range import Domain as Domain
+    from takagi.models.ranges.expression_range import sampled_bounds as sampled_bounds
     from takagi.models.sector.model import rule_count as rule_count
     from takagi.models.sector.model import sector_model as sector_model
     from takagi.models.sector.premise_bounds import RuleCount as RuleCount

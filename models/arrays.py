@@ -36,6 +36,14 @@ def compiled(function: _Function) -> _Function:
     return cast(_Function, compiled_function)
 
 
+def frozen(owner: object, name: str) -> Floats:
+    """Return a member of a frozen dataclass as a read-only array, which it is from now on."""
+    array = np.array(getattr(owner, name), dtype=np.float64)
+    array.flags.writeable = False
+    object.__setattr__(owner, name, array)
+    return array
+
+
 MOST_MEMBERS, LONGEST = 8, 40
 # Members and properties that stand first where a class has them.
 FIRST = ("name", "status", "verdict_words", "verdict")

@@ -294,7 +294,7 @@ def law_system(law: PdcLaw | Law | SampledLaw) -> control.NonlinearIOSystem:
     """
     if isinstance(law, PdcLaw):
         return _pdc(law)
-    return _sampled(law) if isinstance(law, SampledLaw) else _turbine(law)
+    return _turbine(law)
 
 
 def _pdc(law: PdcLaw) -> control.NonlinearIOSystem:
@@ -319,46 +319,28 @@ def _pdc(law: PdcLaw) -> control.NonlinearIOSystem:
     )
 
 
-def _turbine(law: Law) -> control.NonlinearIOSystem:
+def _turbine(law: Law | SampledLaw) -> control.NonlinearIOSystem:
     import control
 
-    def update(t: float, x: Floats, u: Floats, params: Any) -> Floats:
-        return law.state_rate(x, Measurement(*map(float, u)))
+    states, sample_time = signal_names(law.state_names), 0.0
+    if isinstance(law, SampledLaw):
+        states, sample_time = [*states, "torque_sent", "pitch_sent"], law.sample_time
 
-    def output(t: float, x: Floats, u: Floats, params: Any) -> Floats:
-        return np.array(law.command(x, Measurement(*map(float, u))))
-
-    return control.nlsys(
-        update,
-        output,
-        name="law",
-        states=signal_names(law.state_names),
-        inputs=list(Measurement._fields),
-        outputs=["torque", "pitch_reference"],
-        dt=0,
-    )
-
-
-def _sampled(law: SampledLaw) -> control.NonlinearIOSystem:
-    import control
-
-    def program(x: Floats) -> ProgramState:
-        return ProgramState(np.asarray(x[:-2], dtype=np.float64), Command(*map(float, x[-2:])))
-
-    def update(t: float, x: Floats, u: Floats, params: Any) -> Floats:
-        _, later = law.step(program(x), Measurement(*map(float, u)))
-        return np.concatenate([later.law_state, later.sent])
-
-    def output(t: float, x: Floats, u: Floats, params: Any) -> Floats:
-        sent, _ = law.step(program(x), Measurement(*map(float, u)))
-        return np.array(sent)
+    def stepped(x: Floats, u: Floats) -> tuple[Floats, Floats]:
+        """Return the command, and the states' rate or the next states."""
+        seen = Measurement(*map(float, u))
+        if not isinstance(law, SampledLaw):
+            return np.array(law.command(x, seen)), law.state_rate(x, seen)
+        before = Command(*map(float, x[-2:]))
+        sent, later = law.step(ProgramState(np.asarray(x[:-2], dtype=np.float64), before), seen)
+        return np.array(sent), np.concatenate([later.law_state, later.sent])
 
     return control.nlsys(
-        update,
-        output,
+        lambda t, x, u, params: stepped(x, u)[1],
+        lambda t, x, u, params: stepped(x, u)[0],
         name="law",
-        states=[*signal_names(law.state_names), "torque_sent", "pitch_sent"],
+        states=states,
         inputs=list(Measurement._fields),
         outputs=["torque", "pitch_reference"],
-        dt=law.sample_time,
+        dt=sample_time,
     )

@@ -109,11 +109,15 @@ def junit(checked: CheckedFile, *, source: str, summary: Sequence[SummaryRow] = 
     failures = sum(not _proved(claim) for claim in checked.claims)
     counts = f'tests="{len(cases)}" failures="{failures}" errors="0"'
     messages = "\n".join([*_assumed(checked), *checked.messages])
+    items = [item for row in summary for item in _row_properties(row)]
+    properties = [f"      <property name={_attribute(k)} value={_attribute(v)}/>" for k, v in items]
+    if items:
+        properties = ["    <properties>", *properties, "    </properties>"]
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<testsuites name="takagi check" {counts}>',
         f"  <testsuite name={_attribute(source)} {counts}>",
-        *_properties([item for row in summary for item in _row_properties(row)]),
+        *properties,
         *cases,
         f"    <system-out>{_text(messages)}</system-out>",
         "  </testsuite>",
@@ -152,6 +156,7 @@ def sarif(
     if assumed := {name: list(claim.assumes) for name, claim in named if claim.assumes}:
         driver["properties"] = {"assumes": assumed}
     lines = plant.read_text(encoding="utf-8", errors="replace").splitlines() if plant else []
+    artifact = {"uri": quote(str(plant or source).replace("\\", "/"))}
     results = [
         {
             "ruleId": rule,
@@ -159,7 +164,15 @@ def sarif(
             "kind": "fail",
             "level": "warning" if claim.verdict.name == "UNDECIDED" else "error",
             "message": {"text": f"{claim.verdict.name}: {name}: {claim.text}"},
-            "locations": [_location(str(plant or source), _line(lines, rule))],
+            # Viewers that mark lines need a region; a certificate is marked at its first line.
+            "locations": [
+                {
+                    "physicalLocation": {
+                        "artifactLocation": artifact,
+                        "region": {"startLine": _line(lines, rule)},
+                    }
+                }
+            ],
             "partialFingerprints": {"claim/v1": name},
         }
         for rule, (name, claim) in zip(identifiers, named, strict=True)
@@ -264,14 +277,6 @@ def _junit_case(name: str, claim: CheckedClaim, source: str) -> str:
     )
 
 
-def _properties(items: Sequence[tuple[str, str]]) -> list[str]:
-    """Return the properties of a suite; nothing without one."""
-    if not items:
-        return []
-    lines = [f"      <property name={_attribute(k)} value={_attribute(v)}/>" for k, v in items]
-    return ["    <properties>", *lines, "    </properties>"]
-
-
 def _row_properties(row: SummaryRow) -> list[tuple[str, str]]:
     """Return (name, value) of each number of a row, of its share, and what they rest on."""
     items = []
@@ -285,12 +290,6 @@ def _row_properties(row: SummaryRow) -> list[tuple[str, str]]:
 
 def _rests_on(row: SummaryRow) -> str:
     return row.basis or f"proved{f': {row.claim}' if row.claim else ''}"
-
-
-def _location(source: str, line: int) -> dict[str, object]:
-    # Viewers that mark lines need a region; a certificate is marked at its first line.
-    artifact = {"uri": quote(source.replace("\\", "/"))}
-    return {"physicalLocation": {"artifactLocation": artifact, "region": {"startLine": line}}}
 
 
 def markdown_cell(text: str) -> str:

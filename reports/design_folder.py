@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.design.design import Design
+from takagi.certificates.document.certificate_file import dumps
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.design import Design
     from takagi.models.loading import ModelFile
     from takagi.reports.sections.plant.summary import SummaryRow
 
@@ -61,8 +62,6 @@ def law_files(design: Design, *, source: ModelFile | None = None) -> Files:
     Names: ``gains.json`` (not for an analysis), ``certificate.json``, and with ``source`` what
     ``read_design`` needs besides: ``design.json`` and ``model/<name>``.
     """
-    from takagi.certificates.document.certificate_file import dumps
-
     files: Files = {}
     if "controller" in design.document:
         files[GAINS] = gain_file_of(design)

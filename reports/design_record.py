@@ -22,16 +22,23 @@ import numpy as np
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.replay.certificate import WITHOUT, check
-from takagi.certificates.design.design import StepClock, Tell
+from takagi.certificates.design.design import Design, StepClock, Tell
 from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant.static_gains import plant_of_law
+from takagi.certificates.design.turbine.result import TurbineDesign
+from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.laws.pdc import ReferenceFeedback
+from takagi.models.laws.published.regional_schedule import model_evaluators
 from takagi.models.loading import read_model
+from takagi.models.turbine.region_models import full_load_model, partial_load_model
+from takagi.models.turbine.trim import derated
+from takagi.models.turbine.wind_observer import wind_observer_model
+from takagi.reports.figures.response import QUANTITIES
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.design import Design
     from takagi.models.loading import ModelFile
-
 
 UNREADABLE = (
     ArithmeticError, AttributeError, ImportError, LookupError, RecursionError, TypeError, ValueError
@@ -137,7 +144,6 @@ def _derived_again(source: ModelFile, settings: Any, gains: Path | None) -> dict
     """Return the same parts, without document and verdicts, from the model's file."""
     if source.kind == "plant":
         from takagi.certificates.design.given.plant_gains import in_ranges_of
-        from takagi.certificates.design.plant.static_gains import plant_of_law
         from takagi.certificates.design.plant.tracking_design import claims_alone
         from takagi.certificates.design.plant.work import plant_model
 
@@ -145,11 +151,6 @@ def _derived_again(source: ModelFile, settings: Any, gains: Path | None) -> dict
         if gains is not None and claims_alone(plant):
             plant = in_ranges_of(gains, plant)
         return {"plant": plant, "model": plant_model(plant, settings)}
-    from takagi.models.laws.published.regional_schedule import model_evaluators
-    from takagi.models.turbine.region_models import full_load_model, partial_load_model
-    from takagi.models.turbine.trim import derated
-    from takagi.models.turbine.wind_observer import wind_observer_model
-
     speed = settings.speed_setpoint
     turbine = derated(source.model, settings.torque_setpoint, speed_setpoint=speed)
     partial = partial_load_model(turbine, speed_setpoint=speed)
@@ -166,8 +167,6 @@ def _derived_again(source: ModelFile, settings: Any, gains: Path | None) -> dict
 
 def _require_readable(design: Design) -> None:
     """Refuse a turbine's margins and runs that the pages cannot show."""
-    from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.reports.figures.response import QUANTITIES
     from takagi.reports.sections.turbine.summary import summary_rows
     from takagi.reports.simulation.measured_loop import MeasuredLoop
 
@@ -184,9 +183,6 @@ def _require_readable(design: Design) -> None:
 
 def _require_proved_law(design: PlantDesign, document: Mapping[str, Any]) -> None:
     """Refuse a plant's model or law other than those of the certificate."""
-    from takagi.certificates.document.plant_embedding import plant_and_claim
-    from takagi.models.laws.pdc import ReferenceFeedback
-
     model, stated = plant_and_claim(design.model)[0], document["model"]
     if model is not None and model != {key: stated.get(key) for key in model}:
         raise ValueError("its model is not the certificate's")

@@ -362,6 +362,13 @@ def _slowest_mode(loop: ClaimedLoop) -> float:
     return float(-np.log(max(np.abs(modes).max(), 1e-300)) / loop.sample_time)
 
 
+def _with_weaker(required: Attempt, weaker: Callable[[], Attempt]) -> Iterator[Attempt]:
+    """Yield what is required; where it is not proved, also what is less and is."""
+    yield required
+    if not required.proved and (attempt := weaker()).proved:
+        yield attempt
+
+
 def _with_norm(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Attempt]:
     """Yield the claim about the norm that is asked for; if it is not proved, also one that is."""
     if requirements.norm is None:
@@ -370,10 +377,7 @@ def _with_norm(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[A
     if below is None or (best.proved and best.claim.get("gain", best.claim.get("norm")) <= below):
         yield best
         return
-    required = attempted(requirements.norm(below), loop)
-    yield required
-    if best.proved and not required.proved:
-        yield best
+    yield from _with_weaker(attempted(requirements.norm(below), loop), lambda: best)
 
 
 def _sampled(loop: ClaimedLoop, step: float | None) -> Iterator[Attempt]:
@@ -381,11 +385,7 @@ def _sampled(loop: ClaimedLoop, step: float | None) -> Iterator[Attempt]:
     if step is None:
         return
     required = SampledLoop(step).attempt(loop)
-    yield required
-    if not required.proved:
-        largest = SampledLoop(below=step).attempt(loop)
-        if largest.proved:
-            yield largest
+    yield from _with_weaker(required, lambda: SampledLoop(below=step).attempt(loop))
 
 
 def _under_noise(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Attempt]:
@@ -419,12 +419,9 @@ def _tracking(loop: ClaimedLoop, observer: ConstantObserver | None = None) -> It
         return
     yield Tracking("jumps", observer=observer).attempt(loop)
     if any(reference.rate is not None for reference in plant.references):
+        slower = Tracking("rate", slower=True, observer=observer)
         required = Tracking("rate", observer=observer).attempt(loop)
-        yield required
-        if not required.proved:
-            slower = Tracking("rate", slower=True, observer=observer).attempt(loop)
-            if slower.proved:
-                yield slower
+        yield from _with_weaker(required, lambda: slower.attempt(loop))
 
 
 def _demanded(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Request]:

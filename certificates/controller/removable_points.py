@@ -169,66 +169,38 @@ def _stand_in(
         {s: float(side.lower) * k + float(side.upper) * (1 - k) for s, side in others.items()}
         for k in (0.0, 0.35, 1.0)
     ]
-    polynomials = one_sided(expression, symbol, back.subs(t, 0))
+    # An expression with tables has one polynomial on each side, up to the next knot.
+    polynomials, reach = one_sided(expression, symbol, back.subs(t, 0)), math.inf
+    sides, signs = [expression], [0]
     if polynomials is not None:
-        return _stand_in_of_pieces(polynomials, factor, symbol, back, t, rows, size)
-    substituted = expression.subs(symbol, back)
-    for order in ORDERS:
-        terms = _terms(substituted, t, order)
-        for share in SHARES:
-            distance = float(f"{share * size:.3g}")
-            trial = _Trial(expression, symbol, back, t, terms, distance)
-            if trial.good(rows):
-                return {
-                    "of": text_data(factor),
-                    "within": trial.within,
-                    "formula": _written(terms, text_data(factor)),
-                    "limit": text_data(terms[0]),
-                }
-    raise ModelError("no polynomial was found that is close enough to it there")
-
-
-def _stand_in_of_pieces(
-    polynomials: tuple[sp.Expr, sp.Expr, float],
-    factor: sp.Expr,
-    symbol: sp.Symbol,
-    back: sp.Expr,
-    t: sp.Symbol,
-    rows: list[dict[sp.Symbol, float]],
-    size: float,
-) -> dict[str, Any]:
-    """Return the replacement of an expression with tables: one polynomial on each side."""
-    import sympy as sp
-
-    *sides, reach = polynomials
-    # The factor is slope times a deviation of the variable, which moves by ``reach`` to a knot.
-    reach_of_factor = reach * abs(float(factor.diff(symbol)))
+        # The factor is slope times a deviation of the variable.
+        sides, signs, reach = [*polynomials[:2]], [-1, 1], polynomials[2] * abs(float(slope))
+    text = text_data(factor)
     for order in ORDERS:
         terms = [_terms(side.subs(symbol, back), t, order) for side in sides]
         for share in SHARES:
             distance = float(f"{share * size:.3g}")
-            if distance >= reach_of_factor:
+            if distance >= reach:
                 continue
             trials = [
                 _Trial(side, symbol, back, t, coefficients, distance)
                 for side, coefficients in zip(sides, terms, strict=True)
             ]
             if all(
-                trial.good(rows, sign=sign, largest_factor=reach_of_factor)
-                for trial, sign in zip(trials, (-1, 1), strict=True)
+                trial.good(rows, sign=sign, largest_factor=reach)
+                for trial, sign in zip(trials, signs, strict=True)
             ):
-                text = text_data(factor)
-                below, above = (_written(coefficients, text) for coefficients in terms)
-                same = sp.simplify(terms[0][0] - terms[1][0]) == 0
-                if not same:
+                below, *above = (_written(coefficients, text) for coefficients in terms)
+                if len(sides) > 1 and sp.simplify(terms[0][0] - terms[1][0]) != 0:
                     raise ModelError("its limits from both sides differ")
+                alike = above in ([], [below])
                 return {
                     "of": text,
                     "within": distance,
-                    "formula": below if below == above else f"choose({text}, {below}, {above})",
-                    "limit": text_data(terms[1][0]),
+                    "formula": below if alike else f"choose({text}, {below}, {above[0]})",
+                    "limit": text_data(terms[-1][0]),
                 }
-    raise ModelError("no polynomials were found that stand in for it")
+    raise ModelError("no polynomial was found that is close enough to it there")
 
 
 def _terms(quotient: sp.Expr, t: sp.Symbol, count: int) -> list[sp.Expr]:

@@ -67,7 +67,10 @@ def coq_file(certificate: Path) -> CoqFile:
     for i, kind in enumerate(kinds):
         blocks.append(theorems[i].section(f"claim {i + 1} ({kind})", i + 1))
     counts = {i + 1: theorems[i].count for i in range(len(kinds))}
-    blocks.append(_summary(counts))
+    blocks.append(
+        f"(* {sum(counts.values())} matrices of {len(counts)} claims; equal ones stand once. *)\n"
+        "(* What the proof rests on beside Coq's kernel: *)\nPrint Assumptions hold_sound.\n"
+    )
     return CoqFile("\n".join(blocks), counts)
 
 
@@ -124,13 +127,6 @@ def _pieces(texts: list[str]) -> Iterator[list[str]]:
         size += len(text)
     if some:
         yield some
-
-
-def _summary(counts: Mapping[int, int]) -> str:
-    return (
-        f"(* {sum(counts.values())} matrices of {len(counts)} claims; equal ones stand once. *)\n"
-        "(* What the proof rests on beside Coq's kernel: *)\nPrint Assumptions hold_sound.\n"
-    )
 
 
 BITS = (12, 16, 24, 32, 48, 64, 96, 128, 256, 512, 1024, 4096)

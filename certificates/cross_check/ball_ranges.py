@@ -164,7 +164,13 @@ class _Expression:
 
     def _singular(self, box: Box) -> str:
         """Return the variable that divides and whose side contains or nearly contains 0."""
-        names = [name for name in self.powers if _is_near_zero(box[name])]
+        sides = {name: box[name] for name in self.powers}
+        # The distance from 0 is at most the width.
+        names = [
+            name
+            for name, (low, high) in sides.items()
+            if low <= 0 <= high or min(abs(low), abs(high)) <= high - low
+        ]
         if len(names) > 1:
             raise NotEnclosed("two variables that vanish")
         return names[0] if names else ""
@@ -262,12 +268,6 @@ def _faces(box: Box, slopes: Mapping[str, arb | None]) -> tuple[Box, Box, arb]:
                 error += arb(fmpq_of(high - low)) * max(arb(0), against)
                 break
     return low_face, high_face, error
-
-
-def _is_near_zero(side: Side) -> bool:
-    """Return whether the distance from 0 is at most the width."""
-    low, high = side
-    return low <= 0 <= high or min(abs(low), abs(high)) <= high - low
 
 
 def _middle(box: Box) -> Box:

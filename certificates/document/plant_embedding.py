@@ -59,7 +59,10 @@ def plant_and_claim(
         data, claims = plant_data(model), [embedding_claim(model)]
         notes: tuple[str, ...] = ()
         if blend_of(model) is not None:
-            claims.append(blend_claim(model))
+            # Without evidence: the checker bounds effectiveness by its own search.
+            plant = model.name or "the plant"
+            name = f"{plant} behind its blend, with both actuators within their limits"
+            claims.append({"name": name, "kind": "effort-blend"})
             bumpless, notes = bumpless_claim(model, data)
             claims += bumpless
         return data, claims, notes
@@ -126,13 +129,14 @@ def plant_data(model: TSModel) -> dict[str, Any]:
             f"model {model.name!r} does not carry a plant on a box with proved bounds; derive it "
             "with sector_model, over a box"
         )
+    blending = blend_of(model)
     data = {
         "kind": "plant",
         "name": model.name,
         "source": model.source,
         "sample_time": model.sample_time,
         **_plant(form),
-        **_blend(model),
+        **({} if blending is None else {"blending": blend_data(blending)}),
         **_states_of_law(form),
         "embedding": _embedding(model, form),
     }
@@ -202,11 +206,6 @@ def _variable(variable: Variable, symbol: sp.Symbol, problem: Problem) -> dict[s
 def _ball(ball: Ball) -> dict[str, Any]:
     data = {"value": number_data(ball.middle), "within": number_data(ball.radius)}
     return data if ball.equals is None else data | {"equals": text_data(ball.equals)}
-
-
-def _blend(model: TSModel) -> dict[str, Any]:
-    blending = blend_of(model)
-    return {} if blending is None else {"blending": blend_data(blending)}
 
 
 def _states_of_law(form: SymbolicForm) -> dict[str, Any]:
@@ -429,12 +428,6 @@ def blend_data(blending: Blending) -> dict[str, Any]:
         "high": _actuator(blending.high),
         "equations": [text_data(row) for row in plant.equations],
     }
-
-
-def blend_claim(model: TSModel) -> dict[str, Any]:
-    """Return the claim without evidence: the checker bounds effectiveness by its own search."""
-    name = f"{model.name or 'the plant'} behind its blend, with both actuators within their limits"
-    return {"name": name, "kind": "effort-blend"}
 
 
 def bumpless_claim(

@@ -58,12 +58,9 @@ def attempted(request: Request, loop: ClaimedLoop) -> Attempt:
     ------
     ModelError : the request makes no sense for this loop.
     """
-    if isinstance(request, AttractionRegion):
-        # It is about the plant itself, not about blends.
-        return request.attempt(loop)
-    if isinstance(request, SampledLoop):
-        # While the command is held, the law's weights differ from the plant's: blends of one set of
-        # weights do not describe the loop.
+    if isinstance(request, AttractionRegion | SampledLoop):
+        # It is about the plant itself; or, while the command is held, the law's weights differ from
+        # the plant's: blends of one set of weights do not describe the loop.
         return request.attempt(loop)
     pairs = loop.is_double_sum or isinstance(request, ObserverError | ObservedFeedback)
     falls = isinstance(request, FALLING)

@@ -6,7 +6,7 @@ more vertices, from an LMI.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -137,6 +137,29 @@ def _by_program(
     return first_proved(loop, claims, str(answer.solver.get("status", "")), idle=(reason, idle))
 
 
+def _by_norm(
+    loop: ClaimedLoop,
+    norm: Callable[..., Answer],
+    path: Path,
+    tolerances: Sequence[float],
+    claims_of: Callable[[Floats, float], Claims],
+    idle: dict[str, Any],
+) -> Attempt:
+    """Return the attempt with the P of a norm's LMI.
+
+    Of a number that is given, little may be left: then P is looked for at the least one too.
+    """
+    answers = [norm(*path, sample_time=loop.sample_time, tolerance=t) for t in tolerances]
+    claims = (
+        claim
+        for answer in answers
+        if answer.P is not None and answer.gain is not None
+        for claim in claims_of(np.asarray(answer.P), answer.gain)
+    )
+    idle |= {"P": np.eye(path[0].shape[1]).tolist()}
+    return _by_program(loop, answers[0], claims, idle, "no bound was found")
+
+
 # P is searched this far (relative) above the least gain, so that the rounded P keeps a margin.
 INSIDE_GAIN, LEAST_GAIN = 2e-4, 1e-6
 # The same for a single vertex, whose P comes from a Riccati equation.
@@ -176,27 +199,19 @@ class L2Gain:
 
         kind, path = _channel(loop, self, "l2-gain")
         of_one = _of_one_vertex(loop, self._by_equation(loop, kind, path), "Riccati equation")
-        if of_one is not None:
-            return of_one
-        # Of a gain that is given, little may be left: then P is looked for at the least one.
-        answers = [
-            hinf_norm(*path, sample_time=loop.sample_time, tolerance=tolerance)
-            for tolerance in ((INSIDE_GAIN, LEAST_GAIN) if self.gain else (INSIDE_GAIN,))
-        ]
-        claims = (
-            claim
-            for answer in answers
-            if answer.P is not None and answer.gain is not None
-            for claim in self._claims(
-                loop, kind, answer.P, [rounded_up(answer.gain * (1 + s)) for s in GAIN_BACK_OFF]
-            )
-        )
-        idle = kind | {"gain": self.gain or 1.0, "P": np.eye(path[0].shape[1]).tolist()}
-        return _by_program(loop, answers[0], claims, idle, "no bound was found")
+
+        def claims(P: Floats, least: float) -> Claims:
+            gains = [rounded_up(least * (1 + s)) for s in GAIN_BACK_OFF]
+            return self._claims(loop, kind, P, gains)
+
+        tolerances = (INSIDE_GAIN, LEAST_GAIN) if self.gain else (INSIDE_GAIN,)
+        idle = kind | {"gain": self.gain or 1.0}
+        return of_one or _by_norm(loop, hinf_norm, path, tolerances, claims, idle)
 
     def _by_equation(self, loop: ClaimedLoop, kind: dict[str, Any], path: Path) -> Claims:
         """Yield the claims with P of one vertex by its Riccati equation."""
-        from takagi.lmi.analysis.disturbance.guessed_function import bounded_real, norm_seen
+        from takagi.lmi.analysis.disturbance.guessed_function import bounded_real
+        from takagi.lmi.analysis.disturbance.loop_norm import largest_gain
 
         if len(path[0]) > 1 or loop.sample_time is not None:
             return
@@ -204,7 +219,7 @@ class L2Gain:
         for tolerance in (*GAIN_ROOM, LEAST_GAIN) if self.gain else GAIN_ROOM:
             P = bounded_real(A, B, C, D, tolerance=tolerance)
             if P is not None:
-                gain = rounded_up(norm_seen(A, B, C, D) * (1 + tolerance))
+                gain = rounded_up(largest_gain(A, B, C, D).gain * (1 + tolerance))
                 yield from self._claims(loop, kind, P, [gain])
 
     def _claims(
@@ -264,21 +279,13 @@ class H2Norm:
 
         kind, path = _channel(loop, self, "h2-norm")
         of_one = _of_one_vertex(loop, self._by_equation(loop, kind, path), "Lyapunov equation")
-        if of_one is not None:
-            return of_one
-        # A requested norm may have little margin; P is then searched for the least norm.
-        answers = [
-            h2_norm(*path, sample_time=loop.sample_time, tolerance=tolerance)
-            for tolerance in ((INSIDE_NORM[0], LEAST_NORM) if self.norm else INSIDE_NORM[:1])
-        ]
-        claims = (
-            claim
-            for answer in answers
-            if answer.P is not None and answer.gain is not None
-            for claim in self._claims(kind, path, answer.P, answer.gain, NORM_BACK_OFF)
-        )
-        idle = kind | {"norm": self.norm or 1.0, "P": np.eye(path[0].shape[1]).tolist()}
-        return _by_program(loop, answers[0], claims, idle, "no bound was found")
+
+        def claims(P: Floats, least: float) -> Claims:
+            return self._claims(kind, path, P, least, NORM_BACK_OFF)
+
+        tolerances = (INSIDE_NORM[0], LEAST_NORM) if self.norm else INSIDE_NORM[:1]
+        idle = kind | {"norm": self.norm or 1.0}
+        return of_one or _by_norm(loop, h2_norm, path, tolerances, claims, idle)
 
     def _by_equation(self, loop: ClaimedLoop, kind: dict[str, Any], path: Path) -> Claims:
         """Yield the claims with P of one vertex by its Lyapunov equation."""

@@ -168,19 +168,11 @@ class Poles:
             {"L": np.asarray(L, dtype=float).tolist(), "M": np.asarray(M, dtype=float).tolist()}
             for L, M in (region.matrices for region in self.region.parts)
         ]
-        functions = [] if answer.P is None else [np.asarray(answer.P)]
         modal = modal_function(loop.A[0]) if len(loop.A) == 1 else None
-        functions += [] if modal is None else [modal]
+        functions = [np.asarray(P) for P in (answer.P, modal) if P is not None]
+        kind = {"name": f"poles in {self.region}", "kind": "region", "parts": regions}
         claims = [
-            (
-                f"poles in {self.region}, P to {digits} digits",
-                {
-                    "name": f"poles in {self.region}",
-                    "kind": "region",
-                    "parts": regions,
-                    "P": short(P, digits).tolist(),
-                },
-            )
+            (f"{kind['name']}, P to {digits} digits", {**kind, "P": short(P, digits).tolist()})
             for P in functions or [np.eye(loop.A.shape[1])]
             for digits in DIGITS
         ]
@@ -196,21 +188,13 @@ def no_common_decay(loop: ClaimedLoop, rate: float, answer: Answer) -> Attempt:
     tried = [answer.diagnosis or "no candidate P"]
     for words, evidence in _evidence(loop, rate, answer.coordinates):
         tried.append(words)
-        claim = {
-            "name": "no common quadratic function",
-            "kind": "no-common-decay",
-            "decay_rate": rate,
-            **evidence,
-        }
+        kind = {"name": "no common quadratic function", "kind": "no-common-decay"}
+        claim = {**kind, "decay_rate": rate, **evidence}
         checked = loop.replay(claim)
         if checked.verdict is Verdict.DISPROVED:
             return Attempt(claim, checked, tuple(tried), solver)
-    unproved = {
-        "name": _name(loop),
-        "kind": "decay",
-        "decay_rate": rate,
-        "P": np.eye(loop.A.shape[1]).tolist(),
-    }
+    identity = np.eye(loop.A.shape[1]).tolist()
+    unproved = {"name": _name(loop), "kind": "decay", "decay_rate": rate, "P": identity}
     tried.append("no exact reason against one was found")
     return Attempt(unproved, loop.replay(unproved), tuple(tried), solver)
 

@@ -102,16 +102,13 @@ class FuzzyDecay:
             if answer.found:
                 break
         solver = str(answer.solver.get("status", ""))
-        tried: tuple[str, ...] = (answer.diagnosis, "no P(h) was found")
-        if answer.lyapunov_function is not None:
-            attempt = first_proved(loop, list(self._claims(loop, answer, polya)), solver)
-            if attempt.proved:
-                return attempt
-            tried = attempt.tried
-        attempt = self._on_pieces(loop, tried)
-        if attempt.proved or answer.lyapunov_function is None:
+        if answer.lyapunov_function is None:
+            return self._on_pieces(loop, (answer.diagnosis, "no P(h) was found"))
+        attempt = first_proved(loop, self._claims(loop, answer, polya), solver)
+        if attempt.proved:
             return attempt
-        return first_proved(loop, list(self._claims(loop, answer, polya)), solver)
+        on_pieces = self._on_pieces(loop, attempt.tried)
+        return on_pieces if on_pieces.proved else attempt
 
     def _on_pieces(self, loop: ClaimedLoop, tried: tuple[str, ...]) -> Attempt:
         """Return the attempt with P(h) from single blends, on pieces of the weights.
@@ -137,14 +134,14 @@ class FuzzyDecay:
                 tried = (*tried, f"no P(h) at {len(points)} blends of the loop")
                 break
             claim = self._claim(loop, answer.lyapunov_function, self.decay_rate, DIGITS[-1], 0)
-            subdivision = cut(claim, loop.exact)
+            halvings, failed = cut(claim, loop.exact)
             words = f"P(h) from {len(points)} blends of the loop"
-            if subdivision.halvings:
-                claim["halvings"] = subdivision.halvings
-                words += f", on {subdivision.halvings.count([])} pieces of the weights"
+            if halvings:
+                claim["halvings"] = halvings
+                words += f", on {halvings.count([])} pieces of the weights"
                 return Attempt(claim, loop.replay(claim), (*tried, words), solver)
             tried = (*tried, words)
-            failed = [p for p in dict.fromkeys(subdivision.failed) if p not in points]
+            failed = [p for p in dict.fromkeys(failed) if p not in points]
             if not failed:
                 break
             points = [*points, *failed]
@@ -189,23 +186,16 @@ def refuse_without_weights(loop: ClaimedLoop, name: str, instead: str) -> None:
         )
 
 
-class Cut:
-    """``halvings`` : the tree, empty if none was found.
-    ``failed`` : blends at which P(h) fails."""
+def cut(claim: dict[str, Any], exact: PolytopicLoop) -> tuple[list[list[int]], list[Point]]:
+    """Return the pieces that prove a claim ``fuzzy-decay``, none if none were found.
 
-    def __init__(self) -> None:
-        self.halvings: list[list[int]] = []
-        self.failed: list[Point] = []
-
-
-def cut(claim: dict[str, Any], exact: PolytopicLoop) -> Cut:
-    """Return the pieces that prove a claim ``fuzzy-decay``; the longest edges are cut first."""
-    subdivision = Cut()
+    And the blends at which P(h) fails.  The longest edges are cut first.
+    """
     try:
         read = CheckedFuzzyDecay.read(read_text(json.dumps(claim), "claim"), exact, "claim")
         conditions = [X for X, _ in read.conditions()]
     except CertificateError:
-        return subdivision
+        return [], []
     tree: list[list[int]] = []
     pieces = [(conditions, corners_of(exact))]
     while pieces and len(tree) < MOST_PIECES:
@@ -216,19 +206,15 @@ def cut(claim: dict[str, Any], exact: PolytopicLoop) -> Cut:
         if not undecided:
             tree.append([])
             continue
-        rules = _failing_rules(undecided, exact)
-        subdivision.failed += [point_at(exact, corners, rule) for rule in rules]
-        if subdivision.failed:
-            return subdivision
+        if rules := list(_failing_rules(undecided, exact)):
+            return [], [point_at(exact, corners, rule) for rule in rules]
         premise, i, j = _longest(corners)
         tree.append([premise, i, j])
         for fixed, halved in ((j, i), (i, j)):
             # A coefficient that is positive on a piece is positive on its halves.
             half = [X.halved(premise, fixed, halved) for X in undecided]
             pieces.append((half, halved_corners(corners, premise, fixed, halved)))
-    if not pieces:
-        subdivision.halvings = tree
-    return subdivision
+    return ([] if pieces else tree), []
 
 
 def _failing_rules(conditions: list[Polynomial], exact: PolytopicLoop) -> Iterator[int]:

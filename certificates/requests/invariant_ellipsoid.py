@@ -144,8 +144,11 @@ def claimed_sets(
             continue
         w, whole = _bounds(loop, bounds)
         least_level, s = best_multiplier(loop.A, box_corners(loop.E, w), rounded, discrete=discrete)
-        share = 1.0 if whole else _claimable_share(level, least_level)
-        if not np.isfinite(least_level) or share < LEAST_SHARE:
+        if not np.isfinite(least_level):
+            continue
+        # The least level grows with the square of the disturbances.
+        share = 1.0 if whole else min(rounded_down((level / least_level) ** 0.5, 2), 1.0)
+        if share < LEAST_SHARE:
             continue
         # The second is for a share at whose end the exact check finds no room.
         for factor in (share,) if whole else (share, 0.9 * share):
@@ -157,15 +160,6 @@ def claimed_sets(
             }
             words = f"ellipsoid of level {level:.6g} under |w_k| <= {size}, P to {digits} digits"
             yield words, evidence | disturbed
-
-
-def _claimable_share(level: float, least_level: float) -> float:
-    """Return the share of the disturbances whose least invariant level is below the largest.
-
-    The least level grows with the square of the disturbances.  Two digits, rounded down.
-    """
-    share = (level / least_level) ** 0.5 if np.isfinite(least_level) else 0.0
-    return 1.0 if share >= 1 else rounded_down(share, 2)
 
 
 def set_in_floats(loop: ClaimedLoop, limits: Floats | None) -> Floats | None:

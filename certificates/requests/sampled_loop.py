@@ -81,28 +81,24 @@ class SampledLoop:
     def _undecided(self, loop: ClaimedLoop, why: str) -> Attempt:
         """Return a claim without evidence, for which the checker answers UNDECIDED."""
         n, m = loop.exact.order, loop.model.B.shape[2]
-        idle = SampledClaim(np.eye(n), np.stack([np.eye(n + m)] * 2), self.sample_time or 1.0)
-        return first_proved(loop, [(why, idle.written(loop, 1.0, 0.0))])
+        functions = np.stack([np.eye(n + m)] * 2)
+        return first_proved(
+            loop, [(why, _claim(loop, np.eye(n), functions, self.sample_time or 1.0, 1.0, 0.0))]
+        )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SampledClaim:
-    """P and the functions as they are written to the claim."""
-
-    P: Floats
-    functions: Floats
-    step: float
-
-    def written(self, loop: ClaimedLoop, level: float, rate: float) -> dict[str, Any]:
-        return {
-            "name": f"sampled loop of {loop.model.name or 'the model'} every {self.step:g} s",
-            "kind": "sampled-loop",
-            "sample_time": self.step,
-            "decay_rate": rate,
-            "level": level,
-            "P": self.P.tolist(),
-            "functions": self.functions.tolist(),
-        }
+def _claim(
+    loop: ClaimedLoop, P: Floats, functions: Floats, step: float, level: float, rate: float
+) -> dict[str, Any]:
+    return {
+        "name": f"sampled loop of {loop.model.name or 'the model'} every {step:g} s",
+        "kind": "sampled-loop",
+        "sample_time": step,
+        "decay_rate": rate,
+        "level": level,
+        "P": P.tolist(),
+        "functions": functions.tolist(),
+    }
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,8 +157,8 @@ class _Search:
             functions = np.array([short(function, digits) for function in candidate.functions])
             level = self._level(P, functions)
             words = f"a sample every {step:g} s, rate {rate:g} 1/s, degree {degree}"
-            written = SampledClaim(P, functions, step).written(self.loop, level, rate)
-            yield f"{words}, to {digits} digits", written
+            claim = _claim(self.loop, P, functions, step, level, rate)
+            yield f"{words}, to {digits} digits", claim
 
     def _function(
         self, step: float, shape: Floats, rate: float, degree: int, least_share: float = 0.0

@@ -139,14 +139,6 @@ def _vertices(
     return A, np.concatenate([B, np.broadcast_to(observer.B, (r, *observer.B.shape))], axis=1)
 
 
-def decay_limit(A: Floats) -> float:
-    """Return the largest rate [1/s] of one quadratic function for all vertices, 0 for none."""
-    from takagi.lmi import max_decay_rate
-
-    rate = max_decay_rate(A).decay_rate
-    return 0.0 if rate is None else max(float(rate), 0.0)
-
-
 class _Search:
     def __init__(
         self,
@@ -158,6 +150,8 @@ class _Search:
         quick: bool,
         top: float | None = None,
     ) -> None:
+        from takagi.lmi import max_decay_rate
+
         self.loop, self.plant, self.line, self.request = loop, plant, line, request
         self.K = placed_gain(plant, _gain(loop), request.observer)
         free, B = _vertices(plant, loop, request.observer)
@@ -173,8 +167,9 @@ class _Search:
             self.rates[index] = float(reference.rate or 0)
         if top is None:
             poles = float(np.linalg.eigvals(self.A).real.max())
-            top = max(-poles, 0.0) if quick else decay_limit(self.A)
-        self.top = top
+            # The largest rate of one function for all vertices, which none may have.
+            top = -poles if quick else max_decay_rate(self.A).decay_rate or 0.0
+        self.top = max(float(top), 0.0)
         rounding_size = 1e-6 * np.abs(self.A @ line.D).sum() + 1e-9
         self.leaves_residuals = bool(np.any(line.residuals > rounding_size))
 
@@ -199,31 +194,26 @@ class _Search:
 
     def evidence(self, *, quick: bool = False) -> dict[str, Any] | None:
         """Return the best evidence that holds in floats; None for none."""
+        residual_shares = RESIDUAL_SHARES[2 if quick else 0 :]
+        if not self.leaves_residuals:
+            residual_shares = RESIDUAL_SHARES[:1]
+        candidates: list[dict[str, Any]] = []
         for rate_share in RATE_SHARES if self.request.slower else (1.0,):
             candidates = [
                 candidate
                 for decay_share in (QUICK_SHARES if quick else SHARES)
-                for residual_share in self._residual_shares(quick=quick)
+                for residual_share in residual_shares
                 for candidate in self._at(decay_share, rate_share, residual_share)
             ]
             if candidates:
-                return self._best(candidates)
-        return None
-
-    def _best(self, candidates: list[dict[str, Any]]) -> dict[str, Any]:
-        """Return the evidence with the least error, or the fastest with about the largest jumps."""
-        best = max(candidates, key=self._worth)
-        if self.request.kind == "rate":
+                break
+        best = max(candidates, key=self._worth, default=None)
+        if best is None or self.request.kind == "rate":
             return best
+        # Of about the largest jumps the fastest is taken.
         least_worth = NEARLY_BEST * self._worth(best)
         nearly_best = [c for c in candidates if self._worth(c) >= least_worth]
         return max(nearly_best, key=lambda c: float(c["decay_rate"]), default=best)
-
-    def _residual_shares(self, *, quick: bool) -> tuple[float, ...]:
-        """Return the shares of the set for the residuals of the equations."""
-        if not self.leaves_residuals:
-            return RESIDUAL_SHARES[:1]
-        return RESIDUAL_SHARES[2:] if quick else RESIDUAL_SHARES
 
     def _at(self, decay: float, rate: float, residual: float) -> Iterator[dict[str, Any]]:
         """Yield the evidence at these shares of the decay rate, of the rates and of the set."""

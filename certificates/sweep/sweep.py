@@ -29,12 +29,12 @@ import numpy as np
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.claims.turbine.cell_loop import WindClass
 from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
     effort_sharing_claim,
     failing_winds,
 )
-from takagi.certificates.claims.turbine.largest_wind_error import WindClass
 from takagi.certificates.claims.turbine.published import (
     PublishedCandidate,
     published_candidate,

@@ -221,10 +221,6 @@ def _named_text(file: str, hashed: str, model: bytes, sources: str | None) -> tu
     """Return, where it is computed, the file's name and the text of a task's result.
 
     ``sources`` : those of the one who asks a cluster; None in a process of this machine.
-
-    Raises
-    ------
-    ModelError : a worker of a cluster with other versions than the one who asks.
     """
     asked = json.loads(hashed)
     here, there = asked["versions"], provenance({}, {})["versions"]
@@ -256,12 +252,8 @@ def _read_only(members: dict[str, Any]) -> Any:
     return MappingProxyType(members)
 
 
-def _reduced(mapping: Any) -> Any:
-    return _read_only, (dict(mapping),)
-
-
 # A turbine has such mappings, which pickle alone cannot copy.
-copyreg.pickle(MappingProxyType, _reduced)
+copyreg.pickle(MappingProxyType, lambda members: (_read_only, (dict(members),)))
 
 
 def start_process() -> None:

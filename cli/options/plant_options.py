@@ -18,30 +18,6 @@ if TYPE_CHECKING:
     from takagi.models.plant_simulation.signals import Noise, Signal
     from takagi.reports.simulation.plant_words import PlantScenario
 
-_TIME = re.compile(r"\s*([-+]?[0-9]{0,9}\.?[0-9]{1,9})\s*(\S*)\s*")
-
-
-def budget_asked(written: str | None, default: float) -> float:
-    """Return the budget [s] of a search for gains.
-
-    Raises
-    ------
-    ModelError : no number with a unit of time, or a time that is not positive.
-    """
-    if written is None:
-        return default
-    match = _TIME.fullmatch(written)
-    if match is None or not match.group(2):
-        raise ModelError(
-            f"option --time: {written!r} was given; a number with a unit is needed, such as 60s "
-            "or 5min"
-        )
-    seconds = seconds_of(match.group(1), match.group(2), f"option --time {written}")
-    if not seconds > 0:
-        raise ModelError(f"option --time {written}: a time above 0 is needed, such as 60s")
-    return seconds
-
-
 _PAIR = re.compile(
     r"\s*([A-Za-z][A-Za-z0-9_]*)\s*=\s*([-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(.*)"
 )
@@ -62,17 +38,13 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
     ------
     ModelError : an option that makes no sense for the plant; names the option.
     """
-    from takagi.models.plant.design_settings import NORMS
+    from takagi.models.plant.design_settings import NORMS, settling_rate
     from takagi.models.plant_files.sections import names_of, static_feedback
 
     settings, entry = source.settings, source.entry
+    direct = "relaxation gain_bound damping fastest choice effort objective norm_below safe_start"
     changes: dict[str, Any] = {
-        name: given[name]
-        for name in (
-            *("relaxation", "gain_bound", "damping", "fastest", "choice", "effort"),
-            *("objective", "norm_below", "safe_start"),
-        )
-        if given.get(name) is not None
+        name: given[name] for name in direct.split() if given.get(name) is not None
     }
     if changes.get("objective") not in (None, *NORMS):
         # What the file says about a norm belongs to the objective that is replaced.
@@ -91,10 +63,9 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
             changes[name] = tuple(part for part in typed if part)
     if given.get("solve_rest"):
         changes["rest"] = "solve inputs"
-    if given.get("sample_time") is not None:
-        changes["sample_time"] = time_asked("--sample-time", given["sample_time"])
-    if given.get("horizon") is not None:
-        changes["horizon"] = time_asked("--horizon", given["horizon"])
+    for name in ("sample_time", "horizon"):
+        if given.get(name) is not None:
+            changes[name] = time_asked(option_of(name), given[name])
     if given.get("decay_rate") is not None:
         changes["decay_rate"] = _rate(given["decay_rate"])
     if given.get("settle") is not None:
@@ -102,7 +73,8 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
             raise ModelError(
                 "options --settle and --decay-rate both say how fast the loop is; leave one out"
             )
-        changes["decay_rate"] = _settling_rate(given["settle"])
+        settled = time_asked("--settle", given["settle"], positive=True)
+        changes["decay_rate"] = settling_rate(settled)
     for name, variables in (
         ("input_limit", entry.commanded),
         ("initial", entry.all_states),
@@ -174,46 +146,36 @@ def _rate(written: str) -> float | str:
         ) from error
 
 
-def _settling_rate(written: str) -> float:
-    """Return the decay rate [1/s] of a settling time."""
-    from takagi.models.plant.design_settings import settling_rate
+def time_asked(option: str, written: str, *, positive: bool = False, bare: str = "s") -> float:
+    """Return a time in s of a text such as 10ms.
 
-    time = time_asked("--settle", written)
-    if time <= 0:
-        raise ModelError(f"option --settle: {written!r} was given; a time above 0 is needed")
-    return settling_rate(time)
-
-
-def time_asked(option: str, written: str) -> float:
-    """Return a time in s of a text such as 10ms; a number alone is in s.
+    Parameters
+    ----------
+    positive : whether 0 and less are refused.
+    bare : the unit of a number alone; "" refuses one.
 
     Raises
     ------
     ModelError : a text of another form, or a unit that is none of time; names the option.
     """
-    match = _PAIR.fullmatch(f"time={written}")
-    if match is None:
-        raise ModelError(f"option {option}: {written!r} was given; a time such as 10ms is needed")
-    unit = match.group(3).strip() or "s"
-    return seconds_of(match.group(2), unit, f"option {option} {written}")
-
-
-def seconds_of(number: str, unit: str, option: str) -> float:
-    """Return a time in s.
-
-    Raises
-    ------
-    ModelError : the unit is none of time; the message begins with ``option``.
-    """
     from takagi.models.files.units import parse_unit
 
+    match = _PAIR.fullmatch(f"time={written}")
+    unit = match.group(3).strip() or bare if match else ""
+    if match is None or not unit:
+        with_unit = "a number with a unit is needed, such as 60s or 5min"
+        needed = "a time such as 10ms is needed" if bare else with_unit
+        raise ModelError(f"option {option}: {written!r} was given; {needed}")
     try:
         typed_unit = parse_unit(unit)
-    except ModelError as error:
-        raise ModelError(f"{option}: {error}") from error
-    if typed_unit.dimension != parse_unit("s").dimension:
-        raise ModelError(f"{option}: {unit!r} is no unit of time; 60s and 10ms have one")
-    return float(typed_unit.to_si(Fraction(number)))
+        if typed_unit.dimension != parse_unit("s").dimension:
+            raise ModelError(f"{unit!r} is no unit of time; 60s and 10ms have one")
+        seconds = float(typed_unit.to_si(Fraction(match.group(2))))
+    except (ModelError, OverflowError) as error:
+        raise ModelError(f"option {option} {written}: {error}") from error
+    if positive and not seconds > 0:
+        raise ModelError(f"option {option}: {written!r} was given; a time above 0 is needed")
+    return seconds
 
 
 _SHAPES = '"load=step 0.2 at 1s"'
@@ -236,12 +198,7 @@ def plant_scenario(
         raise ModelError(f"option --seed: {seed} was given; 0 or more is needed")
     step = None
     if options["sample_time"] is not None:
-        step = time_asked("--sample-time", options["sample_time"])
-        if not step > 0:
-            raise ModelError(
-                f"option --sample-time: {options['sample_time']!r} was given; a time above 0 is "
-                "needed, such as 10ms"
-            )
+        step = time_asked("--sample-time", options["sample_time"], positive=True)
         if duration is not None and step > duration:
             raise ModelError(
                 f"option --sample-time: {step:g} s is longer than the run of {duration:g} s; give "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -133,39 +133,58 @@ def _require(holds: bool, words: str) -> None:
         raise ModelError(f"option {words}")
 
 
-def _setpoint(name: str, written: str, turbine: Turbine) -> float:
-    """Return the rotor speed [rad/s] of a text such as 11.5rpm."""
+def typed_size(
+    option: str,
+    written: str,
+    unit: str,
+    example: str,
+    *,
+    whole: float | None = None,
+    check: Callable[[float], object] = float,
+) -> float:
+    """Return the size in an SI unit of a text such as 11.5rpm, or of a share of ``whole``, 80%.
+
+    Parameters
+    ----------
+    option : what stands before the text;  example : for a number without unit.
+    check : called with the size; raises ModelError for one that the turbine does not have.
+
+    Raises
+    ------
+    ModelError : names the option.
+    """
     from takagi.models.files.units import to_si, typed_figure
-    from takagi.models.turbine.trim import reference_speed
 
     try:
-        value, unit = typed_figure(written)
-        if not unit:
-            raise ModelError("a number with its unit is needed, such as 11.5rpm or 1.2rad/s")
-        speed = to_si(value, unit, "rad/s")
-        reference_speed(turbine, turbine.cut_in, speed_setpoint=speed)
+        value, typed_unit = typed_figure(written)
+        if not typed_unit:
+            raise ModelError(f"a number with its unit is needed, such as {example}")
+        in_share = typed_unit == "%" and whole is not None
+        size = round(value / 100 * (whole or 0), 6) if in_share else to_si(value, typed_unit, unit)
+        check(size)
     except ModelError as error:
-        raise ModelError(f"option {option_of(name)} {written}: {error}") from error
-    return speed
+        raise ModelError(f"option {option}{written}: {error}") from error
+    return size
+
+
+def _setpoint(name: str, written: str, turbine: Turbine) -> float:
+    """Return the rotor speed [rad/s] of a text such as 11.5rpm."""
+    from takagi.models.turbine.trim import reference_speed
+
+    return typed_size(
+        f"{option_of(name)} ", written, "rad/s", "11.5rpm or 1.2rad/s",
+        check=lambda speed: reference_speed(turbine, turbine.cut_in, speed_setpoint=speed),
+    )  # fmt: skip
 
 
 def _torque(name: str, written: str, turbine: Turbine, speed_setpoint: float | None) -> float:
     """Return the torque [N m] of a text such as 34.5kNm, or of a share of rated torque, 80%."""
-    from takagi.models.files.units import to_si, typed_figure
     from takagi.models.turbine.trim import derated
 
-    try:
-        value, unit = typed_figure(written)
-        if not unit:
-            raise ModelError("a number with its unit is needed, such as 34.5kNm or 80%")
-        if unit == "%":
-            torque = round(value / 100 * turbine.rated_torque, 6)
-        else:
-            torque = to_si(value, unit, "N m")
-        derated(turbine, torque, speed_setpoint=speed_setpoint)
-    except ModelError as error:
-        raise ModelError(f"option {option_of(name)} {written}: {error}") from error
-    return torque
+    return typed_size(
+        f"{option_of(name)} ", written, "N m", "34.5kNm or 80%", whole=turbine.rated_torque,
+        check=lambda torque: derated(turbine, torque, speed_setpoint=speed_setpoint),
+    )  # fmt: skip
 
 
 def _filter_fields(
@@ -180,18 +199,11 @@ def _filter_fields(
             "or 0 for none: a slower low-pass hides the speed from the law",
         )
         fields["speed_filter"] = corner
-    return fields | _torsion_filter(turbine, frequency, corner)
-
-
-def _torsion_filter(
-    turbine: Turbine, frequency: float | None, corner: float | None
-) -> dict[str, Any]:
-    """Return the band-stop that was asked for, and the low-pass that goes with it."""
     from takagi.certificates.design.turbine.scale import speed_filters
 
     if frequency is None:
         # The band-stop is only built in series with a low-pass.
-        return {"torsion_filter": 0.0} if corner == 0 else {}
+        return fields | ({"torsion_filter": 0.0} if corner == 0 else {})
     _require(
         frequency == 0 or SLOWEST_STOP <= frequency < math.inf,
         f"--torsion-filter: {frequency:g} was given; at least {SLOWEST_STOP:g} rad/s is needed, or "
@@ -202,7 +214,7 @@ def _torsion_filter(
         f"--torsion-filter: {frequency:g} was given with --speed-filter 0; the band-stop needs a "
         "low-pass behind it: leave --speed-filter out, or give it a corner",
     )
-    fields: dict[str, Any] = {"torsion_filter": frequency}
+    fields["torsion_filter"] = frequency
     if corner is None:
         fields["speed_filter"] = speed_filters(turbine, stopped=frequency > 0)[0]
     return fields
@@ -239,14 +251,13 @@ def uncertainty_asked(given: Mapping[str, Any]) -> LoopUncertainty:
     from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_UNCERTAINTY
     from takagi.models.laws.effort_sharing.law import LoopUncertainty
 
-    default = DEFAULT_UNCERTAINTY
-    span, power = default.inertia, default.power_coefficient
-    if given["inertia"] is not None:
-        span = _around_one("inertia", given["inertia"])
-    if given["power_coefficient"] is not None:
-        power = _around_one("power-coefficient", given["power_coefficient"])
-    frozen = not given["equilibrium_wake"]
-    return LoopUncertainty(span, frozen_wake=frozen, power_coefficient=power)
+    spans = {
+        name: getattr(DEFAULT_UNCERTAINTY, name)
+        if given[name] is None
+        else _around_one(name.replace("_", "-"), given[name])
+        for name in ("inertia", "power_coefficient")
+    }
+    return LoopUncertainty(**spans, frozen_wake=not given["equilibrium_wake"])
 
 
 def _around_one(option: str, written: tuple[str, str]) -> Interval:

@@ -39,7 +39,9 @@ def workflow(service: str, subject: Path) -> Workflow:
 
     if service not in FILES:
         raise ModelError(f"--ci {service}: is not known; {' or '.join(FILES)} is needed")
-    root = _repository()
+    here = Path.cwd().resolve()
+    # The folder of the git repository, or the current one outside of any.
+    root = next((f for f in (here, *here.parents) if (f / ".git").exists()), here)
     try:
         place = subject.resolve().relative_to(root).as_posix()
     except ValueError:
@@ -71,12 +73,6 @@ def workflow(service: str, subject: Path) -> Workflow:
         is_design=subject.is_dir(),
     )
     return Workflow(Path(os.path.relpath(root / FILES[service])), text, remarks)
-
-
-def _repository() -> Path:
-    """Return the folder of the git repository, or the current one outside of any."""
-    here = Path.cwd().resolve()
-    return next((f for f in (here, *here.parents) if (f / ".git").exists()), here)
 
 
 def _committed_design(folder: Path, quoted: str, root: Path) -> tuple[str, tuple[str, ...]]:

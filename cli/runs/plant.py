@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
 from takagi.cli.options.given import Options, as_typed
-from takagi.cli.options.plant_options import PLANT_DESIGN_OPTIONS, budget_asked, plant_settings
+from takagi.cli.options.plant_options import PLANT_DESIGN_OPTIONS, plant_settings, time_asked
 from takagi.cli.progress import Step, Tell
 from takagi.models.errors import ModelError
 
@@ -45,12 +45,14 @@ class PlantMaker:
         from takagi.certificates.design.plant.design import design_plant
         from takagi.certificates.design.plant.many_rules import BUDGET
 
+        asked = self.asked.get("time")
+        budget = time_asked("--time", asked, positive=True, bare="") if asked else BUDGET
         outcome = design_plant(
             *self._question(),
             files=self.source.files,
             tell=tell,
             announce=lambda words: print(f"takagi: {words}", file=sys.stderr, flush=True),
-            budget=budget_asked(self.asked.get("time"), BUDGET),
+            budget=budget,
         )
         typed = as_typed(self.asked)
         if isinstance(outcome, NoDesign) and typed:
@@ -63,7 +65,7 @@ class PlantMaker:
 
         Its notes say what has changed, and, where it is not proved, how much less would be.
         """
-        from takagi.certificates.design.given.largest_change import as_sentences, largest_change
+        from takagi.certificates.design.given.kept_model import as_sentences, largest_change
         from takagi.certificates.design.plant.design import certify_filed
 
         plant, settings = self._question()

@@ -8,6 +8,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from takagi.models.errors import ModelError
+
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.reports.baseline.comparison import CertificateComparison
@@ -61,8 +63,6 @@ def tolerance_of(text: str) -> Fraction:
     ------
     ModelError : not a number, or not from 0 to 100 %.
     """
-    from takagi.models.errors import ModelError
-
     written = text.strip()
     plain = written.removesuffix("%").strip()
     try:

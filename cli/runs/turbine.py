@@ -105,7 +105,11 @@ class TurbineMaker:
         try:
             return work(noted)
         except ModelError as error:
-            return NoDesign(_reason(step, str(error), as_typed(self.asked)))
+            given, words = as_typed(self.asked), str(error)
+            # The step's name may open the message already.
+            prefix = "" if not step or words.startswith(step.split(" of ")[0]) else f"{step}: "
+            relax = f"\nAsked for beyond the defaults: {given}; relax that first." if given else ""
+            return NoDesign(f"{prefix}{words}{relax}")
 
 
 def _stability(turbine: Turbine, settings: DesignSettings, tell: Tell) -> tuple[str, ...]:
@@ -124,10 +128,3 @@ def _stability(turbine: Turbine, settings: DesignSettings, tell: Tell) -> tuple[
         # At once, before the long work; the summary has it again.
         print(f"note: {note}", file=sys.stderr, flush=True)
     return notes
-
-
-def _reason(step: str, words: str, given: str) -> str:
-    # The step's name may open the message already.
-    prefix = "" if not step or words.startswith(step.split(" of ")[0]) else f"{step}: "
-    relax = f"\nAsked for beyond the defaults: {given}; relax that first." if given else ""
-    return f"{prefix}{words}{relax}"

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from takagi.certificates.design.plant.candidates import BESIDE
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.cli.terminal.rows import (
     claims_as_data,
     headline,
@@ -15,12 +16,9 @@ from takagi.cli.terminal.rows import (
     wrapped_claims,
 )
 from takagi.models.plant.plant import file_unit
+from takagi.models.ts.premise import Premise
 from takagi.reports.page.text import behind, name_of, unit_of
 from takagi.reports.sections.plant.summary import starts_alone, summary_rows
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.ts.premise import Premise
 
 _LONGEST = 60  # characters of a premise's expression that is shown
 # Lines of the answer without --all, the headline among them.

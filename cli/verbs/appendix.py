@@ -11,6 +11,7 @@ from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.turbine_options import Folder
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
+from takagi.reports.output import write_folder
 
 _MAIN, _BODY, _BIB, _FIGURES = "appendix.tex", "appendix-body.tex", "appendix.bib", "figures"
 
@@ -24,7 +25,6 @@ def appendix(folder: Folder, out: Path, *, as_json: bool = False) -> int:
     """Write the LaTeX appendix of the design in DIR; nothing is designed again."""
     require_folder_place(out, files=[_MAIN, _BODY, _BIB], folders=[_FIGURES])
     from takagi.reports.design_folder import appendix_files, read_design
-    from takagi.reports.output import write_folder
 
     with progress(f"takagi appendix {folder}") as tell:
         finished = read_design(folder, tell=tell)

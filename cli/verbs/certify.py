@@ -22,8 +22,9 @@ from takagi.cli.runs.previous_certificate import (
     read_baseline,
     tolerance_of,
 )
-from takagi.cli.terminal.rows import tell_none
+from takagi.cli.terminal.rows import claim_lines, claims_as_data, tell_none
 from takagi.models.errors import ModelError
+from takagi.reports.output import write_file
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
@@ -67,7 +68,6 @@ def certify(
         checked = outcome.checked
         document = _bound(outcome.document, checked, gains, gains_out)
         from takagi.certificates.document.certificate_file import dumps
-        from takagi.reports.output import write_file
 
         write_file(out, dumps(document))
     # A plant whose equations cannot be written has a certificate of its model's vertices alone.
@@ -116,7 +116,6 @@ def _bound(
         return bound_to_file(document, gains, controller)
     from takagi.certificates.controller.plant_members import statement
     from takagi.reports.gains_file.envelope import dump_gains
-    from takagi.reports.output import write_file
 
     certificate, content = refreshed(document, gains, controller or {}, statement(checked))
     write_file(gains_out, dump_gains(content))
@@ -134,8 +133,6 @@ def _print(
     alone: bool,
     as_json: bool,
 ) -> None:
-    from takagi.cli.terminal.rows import claim_lines, claims_as_data
-
     if as_json:
         data = {"certificate": str(out), **claims_as_data(checked)}
         if alone:

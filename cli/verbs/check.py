@@ -212,7 +212,9 @@ def _write_reports(options: argparse.Namespace, checked: CheckedFile) -> None:
         write_file(options.junit, report)
     if options.sarif:
         kinds = _kinds(options.certificate) if checked.verdict.name != "REFUSED" else []
-        plant = _plant_file(options)
+        # The user's file, given or designed from; a built-in model has none.
+        file = options.plant_file or options.model
+        plant = file if file is not None and file.suffix and file.is_file() else None
         report = ci_formats.sarif(checked, source=source, kinds=kinds, plant=plant)
         write_file(options.sarif, report)
     if options.summary:
@@ -240,12 +242,6 @@ def _kinds(certificate: Path) -> list[str]:
         return [str(claim["kind"]) for claim in json.loads(certificate.read_bytes())["claims"]]
     except (OSError, ValueError, LookupError, TypeError):
         return []
-
-
-def _plant_file(options: argparse.Namespace) -> Path | None:
-    """Return the user's model file, given or designed from; None for a built-in model."""
-    file: Path | None = options.plant_file or options.model
-    return file if file is not None and file.suffix and file.is_file() else None
 
 
 def _as_text(options: argparse.Namespace, checked: CheckedFile, trusted: Trusted | None) -> str:

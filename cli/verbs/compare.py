@@ -14,7 +14,10 @@ from urllib.parse import quote
 import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
+from takagi.cli.progress import progress
 from takagi.cli.runs.previous_certificate import TOLERANCE, compared, read_baseline, tolerance_of
+from takagi.models.errors import ModelError
+from takagi.reports.output import write_file
 
 if TYPE_CHECKING:
     from takagi.reports.sections.plant.summary import SummaryRow
@@ -39,7 +42,6 @@ def compare(
     rows = {place: _summary_of(place) for place in places}
     from takagi.reports.baseline.comparison import plant_name, summary_changes
     from takagi.reports.baseline.page import as_data, as_markdown, as_text
-    from takagi.reports.output import write_file
 
     read = {place: read_baseline(certificate) for place, certificate in places.items()}
     before, source = read[old], str(places[old])
@@ -87,8 +89,6 @@ def _summary_of(path: Path) -> Sequence[SummaryRow]:
     if not path.is_dir():
         return ()
     from takagi.certificates.checker.kernel.refusal import CertificateError
-    from takagi.cli.progress import progress
-    from takagi.models.errors import ModelError
     from takagi.reports.design_folder import read_design, summary_of
 
     with progress(f"takagi compare {path}: summary") as tell:

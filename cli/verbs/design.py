@@ -15,6 +15,7 @@ from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import StepLine, progress
 from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
 from takagi.cli.terminal.rows import FOLDERS, PURPOSES, print_files, tell_none
+from takagi.reports.output import write_folder
 
 
 def design(
@@ -47,8 +48,6 @@ def design(
         finished = maker.design(tell)
         if isinstance(finished, NoDesign):
             return tell_none(finished, as_json=as_json)
-        from takagi.reports.output import write_folder
-
         tell(f"writing {out}")
         files = law_files(finished, source=maker.source)
         # A page beside the new law would be about the one before.

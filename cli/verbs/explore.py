@@ -34,9 +34,7 @@ def explore(
         raise ModelError(
             f"the page needs {error.name}, which is not installed: pip install 'takagi[explore]'"
         ) from error
-    seconds = None if timeout is None else time_asked("--timeout", timeout)
-    if seconds is not None and seconds <= 0:
-        raise ModelError(f"option --timeout: {timeout!r} was given; a time above 0 is needed")
+    seconds = None if timeout is None else time_asked("--timeout", timeout, positive=True)
     # Before the first design, which may take long.
     listening = bound_socket(port)
     with listening:

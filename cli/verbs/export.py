@@ -6,16 +6,26 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import Annotated, cast
 
 import typer
 
+from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.cli.command import PROVED, run_command
 from takagi.cli.options.turbine_options import law_in_files
-from takagi.reports.code.targets import TARGETS
-
-if TYPE_CHECKING:
-    from takagi.reports.code.controller_program import ControllerProgram
+from takagi.cli.output_place import require_file_place, require_folder_place
+from takagi.cli.progress import progress
+from takagi.models.errors import ModelError
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.targets import (
+    TARGETS,
+    ExportSettings,
+    Precision,
+    certified,
+    exported,
+    proof_lines,
+)
+from takagi.reports.output import write_file, write_folder
 
 
 def export(
@@ -38,8 +48,6 @@ def export(
     coq: Path | None = None,
 ) -> int:
     """Write a law as code that other tools run, with the decimals that are proved."""
-    from takagi.models.errors import ModelError
-
     if given.is_dir():
         given = _of_folder(given, coq)
     if (coq is None) == (to is None):
@@ -61,7 +69,6 @@ run = partial(run_command, "export", export, listed=_LISTED)
 
 def _of_folder(folder: Path, coq: Path | None) -> Path:
     """Return the gain file of a design's folder, or for Coq its certificate."""
-    from takagi.models.errors import ModelError
     from takagi.reports.design_folder import design_folder
 
     design = design_folder(folder)
@@ -72,7 +79,6 @@ def _of_folder(folder: Path, coq: Path | None) -> Path:
 
 
 def _program(given: Path, law: str | None, without: list[str]) -> ControllerProgram:
-    from takagi.models.errors import ModelError
     from takagi.reports.code.program_reading import read_controller
 
     if law is None:
@@ -96,16 +102,6 @@ def _code(
     sample_time: float | None,
     places: tuple[Path, Path | None],
 ) -> int:
-    from takagi.cli.output_place import require_folder_place
-    from takagi.reports.code.targets import (
-        ExportSettings,
-        Precision,
-        certified,
-        exported,
-        proof_lines,
-    )
-    from takagi.reports.output import write_folder
-
     settings = ExportSettings(cast(Precision, precision), sample_time)
     if to == "mat":
         model, claims = certified(*places, program)
@@ -126,11 +122,7 @@ def _code(
 
 
 def _coq(certificate: Path, coq: Path) -> int:
-    from takagi.certificates.checker.kernel.refusal import CertificateError
     from takagi.certificates.coq.coq_export import coq_file
-    from takagi.cli.output_place import require_file_place
-    from takagi.cli.progress import progress
-    from takagi.reports.output import write_file
 
     require_file_place(coq)
     try:

@@ -12,6 +12,7 @@ import typer
 
 from takagi.cli.command import PROVED, run_command
 from takagi.cli.options.given import declared, option_of
+from takagi.cli.output_place import require_file_place
 from takagi.cli.runs.new_plant import (
     TEMPLATE,
     asked_text,
@@ -20,6 +21,7 @@ from takagi.cli.runs.new_plant import (
     variable_entry,
 )
 from takagi.models.errors import ModelError
+from takagi.reports.output import write_file, write_folder
 
 _OF_PLANT, _SOURCES, _OF_TURBINE = map(declared, ("new-plant", "new-sources", "new-turbine"))
 OPTIONS = (*_OF_PLANT, *_SOURCES, *_OF_TURBINE, *declared("new-ci"))
@@ -38,9 +40,6 @@ def new(
     **options: Any,
 ) -> int:
     """Write the file of a plant or turbine, ready for `takagi design`."""
-    from takagi.cli.output_place import require_file_place
-    from takagi.reports.output import write_folder
-
     if options["ci"] is not None:
         return _write_workflow(out, {**options, "matrices": matrices}, force=force)
     if out.suffix != ".toml":
@@ -78,7 +77,6 @@ run = partial(run_command, "new", new, options=OPTIONS)
 def _write_workflow(subject: Path, options: Mapping[str, Any], *, force: bool) -> int:
     """Write the workflow for a file or folder that is there; nothing is replaced without force."""
     from takagi.cli.runs.ci_workflow import workflow
-    from takagi.reports.output import write_file
 
     other = [name for name, value in options.items() if value and name != "ci"]
     if other:

@@ -9,12 +9,12 @@ from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.turbine_options import Folder
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
+from takagi.reports.output import write_folder
 
 
 def report(folder: Folder, out: Path | None = None) -> int:
     """Write report.html and figures/ of the design in DIR; nothing is designed again."""
     from takagi.reports.design_folder import FIGURES, REPORT, read_design, report_files
-    from takagi.reports.output import write_folder
 
     target = out or folder
     require_folder_place(target, files=[REPORT], folders=[FIGURES])

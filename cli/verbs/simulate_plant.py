@@ -12,10 +12,12 @@ from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import PROVED, UNPROVED
 from takagi.cli.options.given import Options, declared, refuse_designing
 from takagi.cli.options.plant_options import PLANT_OPTIONS, plant_scenario, values_in_si
+from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import Tell, progress
 from takagi.cli.runs.plant import PlantMaker
 from takagi.cli.terminal.rows import tell_none
 from takagi.models.errors import ModelError
+from takagi.reports.output import write_folder
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -45,8 +47,6 @@ def simulate(
 ) -> int:
     """Design or read the gains, run the plant, print a table; return the exit status."""
     if out is not None:
-        from takagi.cli.output_place import require_folder_place
-
         require_folder_place(out, files=_FILES, folders=_FOLDERS)
     states = source.entry.all_states
     starts = [values_in_si("--start", [text], states) for text in options["start"] or []]
@@ -80,8 +80,6 @@ def simulate(
             program=program,
         )
         if out is not None:
-            from takagi.reports.output import write_folder
-
             tell("figures and tables")
             files = simulation.simulation_files(run)
             write_folder(out, files)

@@ -13,18 +13,18 @@ from takagi.cli.command import PROVED, UNPROVED
 from takagi.cli.options.given import Options, declared, defaults_of, option_of
 from takagi.cli.options.plant_options import time_asked
 from takagi.cli.options.turbine_options import law_in_files
-from takagi.cli.progress import progress
+from takagi.cli.options.turbine_settings import typed_size
+from takagi.cli.output_place import kept_results, require_folder_place
+from takagi.cli.progress import Tell, progress
 from takagi.models.errors import ModelError
+from takagi.reports.output import write_folder
 
 if TYPE_CHECKING:
     from takagi.models.simulation.turbine_plant import SimulatedTurbine
     from takagi.models.turbine.loader import TurbineFile
 
-# The whole as one bar: making the laws takes about as long as simulating them.
-_MAKING, _SIMULATING = 0.45, 0.95
-_DESIGN_STEPS = 7
-
-
+# The whole as one bar: when the laws are made, and when they are simulated.
+_MAKING, _SIMULATING = 0.2, 0.95
 SCENARIO_OPTIONS = declared("simulate-turbine", "simulate-shared", callback=law_in_files)
 CAMPAIGN_OPTIONS = declared("simulate-campaign")
 OPTIONS: Options = (*SCENARIO_OPTIONS, *CAMPAIGN_OPTIONS)
@@ -43,22 +43,14 @@ def simulate(
 ) -> int:
     """Simulate laws side by side, or random runs of a certified loop; return the exit status."""
     if asked["certificate"] is not None:
-        defaults = defaults_of(SCENARIO_OPTIONS)
-        return simulate_campaign(source, out, asked, defaults, duration=duration, as_json=as_json)
-    return _laws(source, out, without_campaign(asked), duration=duration, as_json=as_json)
-
-
-def _laws(
-    source: TurbineFile,
-    out: Path | None,
-    asked: Mapping[str, Any],
-    *,
-    duration: float | None,
-    as_json: bool,
-) -> int:
+        return _campaign(source, out, asked, duration=duration, as_json=as_json)
+    for name in defaults_of(CAMPAIGN_OPTIONS):
+        if asked[name] not in (None, []):
+            raise ModelError(
+                f"option --{name} is about random runs of a certified loop; give the certificate "
+                "too: --certificate FILE"
+            )
     if out is not None:
-        from takagi.cli.output_place import require_folder_place
-
         files = ("summary.md", "simulation.csv", "simulation.json")
         require_folder_place(out, files=files, folders=("figures", "series"))
     from takagi.reports.simulation.laws import (
@@ -101,21 +93,9 @@ def _laws(
     _tell_slow_sampling(plant, step)
     written: list[str] = []
     with progress(f"takagi simulate {source.name}") as tell:
-        steps = 0
-
-        def making(step: str) -> None:
-            nonlocal steps
-            tell(step, _MAKING * min(steps / _DESIGN_STEPS, 1.0))
-            steps += 1
-
-        laws = filed or chosen_laws(
-            turbine,
-            names,
-            coupling_filter=asked["coupling_filter"],
-            files=source.files,
-            tell=making,
-        )
-        begin = _MAKING if steps else 0.0
+        tell("gains", 0.0)
+        laws = filed or chosen_laws(turbine, names, coupling_filter=asked["coupling_filter"])
+        begin = 0.0 if filed else _MAKING
         simulation = run_simulation(
             turbine,
             laws,
@@ -128,7 +108,6 @@ def _laws(
             tell=lambda step, done: tell(step, begin + (_SIMULATING - begin) * done),
         )
         if out is not None:
-            from takagi.reports.output import write_folder
             from takagi.reports.simulation.tables import simulation_files
 
             tell("figures and tables", _SIMULATING)
@@ -148,20 +127,15 @@ def _laws(
 
 def _setpoints(texts: Sequence[str]) -> dict[str, float]:
     """Return the set-points of texts such as speed=11.5rpm, in SI."""
-    from takagi.models.files.units import to_si, typed_figure
-
     setpoints: dict[str, float] = {}
     for text in texts:
         name, _, written = text.partition("=")
-        try:
-            if name not in SETPOINT_UNITS or name in setpoints:
-                raise ModelError("speed=11.5rpm or power=4MW is needed, each once")
-            value, unit = typed_figure(written)
-            if not unit:
-                raise ModelError("a number with its unit is needed, such as 11.5rpm or 4MW")
-            setpoints[name] = to_si(value, unit, SETPOINT_UNITS[name])
-        except ModelError as error:
-            raise ModelError(f"option --setpoint {text}: {error}") from error
+        if name not in SETPOINT_UNITS or name in setpoints:
+            raise ModelError(
+                f"option --setpoint {text}: speed=11.5rpm or power=4MW is needed, each once"
+            )
+        option = f"--setpoint {name}="
+        setpoints[name] = typed_size(option, written, SETPOINT_UNITS[name], "11.5rpm or 4MW")
     return setpoints
 
 
@@ -182,28 +156,16 @@ def _tell_slow_sampling(plant: SimulatedTurbine, step: float) -> None:
 RUNS, RUNS_BEYOND = 10_000, 2000
 
 
-def simulate_campaign(
+def _campaign(
     source: TurbineFile,
     out: Path | None,
     options: Mapping[str, Any],
-    scenario: Mapping[str, Any],
     *,
     duration: float | None,
     as_json: bool,
 ) -> int:
-    """Read and check the certificate, run, print; return the exit status.
-
-    Parameters
-    ----------
-    options : those of ``CAMPAIGN_OPTIONS``, ``seed``, and those of a scenario.
-    scenario : the defaults of the latter; of them only ``seed`` may be given.
-
-    Raises
-    ------
-    ModelError : options that do not go together, or make no sense.
-    CertificateError : the file is no certificate, or not about this model.
-    """
-    for name, default in scenario.items():
+    """Read and check the certificate, run, print; return the exit status."""
+    for name, default in defaults_of(SCENARIO_OPTIONS).items():
         if name != "seed" and options[name] != default and options[name] != []:
             raise ModelError(
                 f"option {option_of(name)} is about a scenario; with --certificate the "
@@ -212,8 +174,6 @@ def simulate_campaign(
     from takagi.certificates.campaign import runs as campaign
     from takagi.certificates.checker.replay.certificate import check
     from takagi.certificates.sweep.tasks import RESULTS
-    from takagi.cli.output_place import require_folder_place
-    from takagi.reports.output import write_folder
     from takagi.reports.sweep import campaigns
 
     texts = options["beyond"] or []
@@ -227,14 +187,14 @@ def simulate_campaign(
     if out is not None:
         require_folder_place(out, files=campaigns.FILES, folders=("figures", RESULTS))
     path: Path = options["certificate"]
-    written: list[str] = []
-    # Without --out nothing is kept.
-    place = nullcontext(out / RESULTS) if out is not None else tempfile.TemporaryDirectory()
-    with progress(f"takagi simulate {source.name}") as tell, place as folder:
+
+    def work(tell: Tell) -> campaigns.CampaignReport:
         tell("checking the certificate", 0.0)
         # Strictly read, and about this model: what is simulated is what the checker judged.
         verdict = check(path, model=source.document.path).verdict.name
-        try:
+        # Without --out nothing is kept.
+        place = nullcontext(out / RESULTS) if out is not None else tempfile.TemporaryDirectory()
+        with place as folder:
             results = campaign.run_campaigns(
                 path,
                 Path(folder),
@@ -246,39 +206,13 @@ def simulate_campaign(
                 scheduler=options["scheduler"],
                 tell=tell,
             )
-        except KeyboardInterrupt:
-            if out is not None:
-                print(
-                    f"Finished runs are kept in {out}: the same command goes on.", file=sys.stderr
-                )
-            raise
-        report = campaigns.CampaignReport(str(source.model.name), verdict, results)
-        if out is not None:
-            tell("figure and table")
-            files = campaigns.campaign_files(report)
-            write_folder(out, files)
-            written = [str(out / name) for name in files]
+        return campaigns.CampaignReport(str(source.model.name), verdict, results)
+
+    title = f"takagi simulate {source.name}"
+    report, written = kept_results(title, out, work, campaigns.campaign_files, what="runs")
     if as_json:
         print(campaigns.as_json(report, written), end="")
     else:
         print("\n".join([campaigns.as_text(report), *written]))
-    inside = report.inside
-    violated = inside is not None and inside.violations
-    return PROVED if verdict == "PROVED" and not violated else UNPROVED
-
-
-def without_campaign(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options of a scenario, where no certificate is given.
-
-    Raises
-    ------
-    ModelError : an option that needs --certificate.
-    """
-    declared = defaults_of(CAMPAIGN_OPTIONS)
-    for name in declared:
-        if options[name] not in (None, []):
-            raise ModelError(
-                f"option --{name} is about random runs of a certified loop; give the certificate "
-                "too: --certificate FILE"
-            )
-    return {name: value for name, value in options.items() if name not in declared}
+    violated = report.inside is not None and report.inside.violations
+    return PROVED if report.verdict == "PROVED" and not violated else UNPROVED

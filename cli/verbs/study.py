@@ -12,7 +12,7 @@ from takagi.cli.command import MISUSE, PROVED, UNPROVED, run_command
 from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import kept_results, require_folder_place
 from takagi.cli.runs.makers import turbine_file
-from takagi.models.errors import ModelError
+from takagi.models.errors import ModelError, did_you_mean
 
 if TYPE_CHECKING:
     from takagi.reports.study.controllers import ControllersStudy
@@ -138,8 +138,6 @@ def run(arguments: Sequence[str]) -> int:
     if first in ("--help", "-h"):
         print(_help())
         return 0
-    from takagi.models.errors import did_you_mean
-
     names = [study.name for study in STUDIES]
     given = f"{first!r} is not a study{did_you_mean(first, names)}" if first else "none was named"
     print(f"{_help()}\nError: {given}; known: {', '.join(names)}", file=sys.stderr)

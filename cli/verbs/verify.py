@@ -13,6 +13,7 @@ from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.output_place import require_file_place
 from takagi.cli.progress import progress
 from takagi.cli.terminal.rows import claim_lines, claims_as_data
+from takagi.reports.output import write_file
 
 if TYPE_CHECKING:
     from takagi.certificates.claims.problem_verification import Verification
@@ -53,7 +54,6 @@ def verify(
         verification = verify(read, given, tell=tell)
         if out is not None:
             from takagi.certificates.document.certificate_file import dumps
-            from takagi.reports.output import write_file
 
             write_file(out, dumps(verification.document))
     _print(problem, out, verification, as_json=as_json)

@@ -1,18 +1,11 @@
-"""Observers, and controllers that see an output alone."""
+"""Observers."""
 
 from __future__ import annotations
 
 from functools import partial
 
-import numpy as np
-
 from catalogue.entry import Case, Entry, Sizes, plant
-from takagi.lmi import (
-    Condition,
-    GeneralisedPlant,
-    hinf_output_feedback_condition,
-    observer_condition,
-)
+from takagi.lmi import Condition, observer_condition
 
 Q = "n*(n+1)/2"
 PAIRS = "r*(r+1)/2"
@@ -51,46 +44,4 @@ OBSERVER = Entry(
 )
 
 
-def _dynamic(sizes: Sizes) -> Condition:
-    n, m, p, q = sizes.n, sizes.m, sizes.p, sizes.q
-    # As many weighted signals as disturbances.
-    return hinf_output_feedback_condition(
-        GeneralisedPlant(
-            A=-np.eye(n) + np.eye(n, k=1),
-            B1=np.eye(n, q),
-            B2=np.eye(n, m) / 2,
-            C1=np.eye(q, n),
-            C2=np.eye(p, n) / 2,
-            D11=np.eye(q) / 4 + np.eye(q, k=1),
-            D12=np.eye(q, m) / 8,
-            D21=np.eye(p, q) / 8,
-        )
-    )
-
-
-DYNAMIC = Entry(
-    title="Energy gain by dynamic output feedback",
-    question="Which dynamic controller has the least H-infinity norm?",
-    call="hinf_output_feedback",
-    builder="hinf_output_feedback_condition",
-    use=(
-        "For one linear plant whose states are not measured; `mixed_sensitivity` makes it of a "
-        "loop and its weights. The least $\\gamma$ is that of all linear controllers. Continuous "
-        "time only."
-    ),
-    cases=(
-        Case(
-            title="Continuous time",
-            pose=_dynamic,
-            lmis="2",
-            variables="2*n*(n+1)/2 + n*n + n*p + m*n + m*p + 1",
-            where=(
-                "$\\dot x = A x + B_1 w + B_2 u$, $z = C_1 x + D_{11} w + D_{12} u$, "
-                "$y = C_2 x + D_{21} w$, and $z$ is as wide as $w$"
-            ),
-        ),
-    ),
-)
-
-
-ENTRIES = (OBSERVER, DYNAMIC)
+ENTRIES = (OBSERVER,)

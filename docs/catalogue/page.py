@@ -11,7 +11,7 @@ from catalogue.entry import Case, Entry
 from catalogue.formula import changes, counts, formula
 from catalogue.github import github
 from takagi.lmi import Condition
-from takagi.lmi.gains.disturbance.sums import BARS
+from takagi.lmi.gains.disturbance.disturbed_plant import BARS
 
 SECTIONS = MappingProxyType(
     {

@@ -53,18 +53,6 @@ BY_HAND = (
 
 PROBLEMS = (
     Problem(
-        name="sp-mixed-sensitivity",
-        asks="least norm of $[W_1 S; K S]$ for $200/((10 s + 1)(0.05 s + 1)^2)$, two weights",
-        source="Skogestad and Postlethwaite (2005), example 2.17",
-        published="1.37, 2.21",
-        found="1.367, 2.185",
-        tests=(
-            "test_the_first_design_of_the_textbook_has_its_gamma",
-            "test_the_second_design_is_no_worse_than_the_textbooks",
-        ),
-        note="a controller of the order of plant and weights; the second is below the book's",
-    ),
-    Problem(
         name="rolmip-massspring-g0",
         asks="energy gain of two masses and a spring with three parameters, one $P$",
         source="ROLMIP manual, table 2",

@@ -8,8 +8,11 @@ import numpy as np
 
 from catalogue.entry import GENERAL, Case, Entry, Sizes, plant
 from takagi.lmi import Condition
-from takagi.lmi.gains.attraction.condition import attraction_condition
-from takagi.lmi.gains.attraction.request import AttractionRequest, attraction_request
+from takagi.lmi.gains.attraction.condition import (
+    AttractionRequest,
+    attraction_condition,
+    attraction_request,
+)
 
 Q = "n*(n+1)/2"
 PAIRS = "r*(r+1)/2"

@@ -30,7 +30,6 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3 (theorems of 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -53,13 +52,15 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.outcome import Outcome, exactly_held
-from takagi.lmi.decision.rounds import decide_by_vertices
+from takagi.lmi.decision.rounds import decide_some
 from takagi.lmi.expressions.expression import He, added, matrix
 from takagi.lmi.solver.time_limit import out_of_time
 from takagi.models.arrays import Floats
 
 # A margin that is missed by no more may be one that no solver sees.
 NEARLY_HELD_MARGIN = 1e-6
+# To what share of the size of the vertices the rate of fastest decay is then found.
+SLOW_MODE = 1e-9
 
 
 def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None:
@@ -132,16 +133,16 @@ def common_lyapunov(
     hopeless = slow_vertex(scaled, alpha, step=step)
     if hopeless is not None:
         return _no_by_one_vertex(scaled, alpha, s, hopeless, step)
-    pose = common_lyapunov_condition if step is None else _sampled(scaled, step)
+    posed = _condition(scaled, alpha, step)
     # A change of states decides more cases, and in less time, than other solvers do; so other
     # solvers are called last.
-    condition, outcome = decide_by_vertices(scaled, alpha, pose, most=1)
+    condition, outcome = decide_some(posed, most=1)
     if outcome.status == "unknown":
         there = _where_the_mean_falls(A, s, alpha, step)
         if there is not None and there.found:
             return replace(there, tries=(*outcome.tries, *there.tries))
         tries = (*outcome.tries, *(there.tries if there is not None else ()))
-        condition, outcome = decide_by_vertices(scaled, alpha, pose)
+        condition, outcome = decide_some(posed)
         outcome = _by_its_rate(condition, replace(outcome, tries=(*tries, *outcome.tries)), A, s)
     return answer_in_states(condition, outcome, A, s, step=step)
 
@@ -158,7 +159,7 @@ def _by_its_rate(condition: Condition, outcome: Outcome, A: Floats, s: Floats) -
     if not (nearly_held and all_posed) or out_of_time():
         return outcome
     step = 1.0 if "contraction" in condition.parameters else None
-    fast = fast_decay(A, scales=s, sample_time=step)
+    fast = fast_decay(A, tolerance=SLOW_MODE, scales=s, sample_time=step)
     if fast.P is None:
         return outcome
     P = fast.P * s * s[:, None]
@@ -183,8 +184,7 @@ def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None
         return None
     back = np.linalg.inv(T)
     inside = back @ scaled @ T
-    pose = common_lyapunov_condition if step is None else _sampled(inside, step)
-    condition, outcome = decide_by_vertices(inside, alpha, pose, most=1)
+    condition, outcome = decide_some(_condition(inside, alpha, step), most=1)
     answer = answer_in_states(condition, outcome, inside, np.ones(len(T)), step=step)
     if answer.P is None:
         return answer
@@ -193,16 +193,12 @@ def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None
     return replace(answer, P=P / s / s[:, None], coordinates=None)
 
 
-def _sampled(A: Floats, step: float) -> Callable[..., Condition]:
-    """Return the builder in discrete time, with the margin's weight that suits all of A."""
-    size = capped(float(np.sqrt((motion(A, step) ** 2).sum(axis=(1, 2)).max())))
-
-    def pose(vertices: Floats, *, decay_rate: float, weight: float) -> Condition:
-        return common_lyapunov_condition(
-            vertices, decay_rate=decay_rate, weight=size, sample_time=step
-        )
-
-    return pose
+def _condition(A: Floats, alpha: float, step: float | None) -> Condition:
+    """Pose the condition with a margin of the vertices' own size."""
+    # The Frobenius norm bounds the spectral one, and is cheap for a hundred thousand vertices.
+    size = float(np.sqrt((motion(A, step) ** 2).sum(axis=(1, 2)).max()))
+    weight = capped(size) if step is not None else (2.0 * size or 1.0)
+    return common_lyapunov_condition(A, decay_rate=alpha, weight=weight, sample_time=step)
 
 
 def _no_by_one_vertex(

@@ -1,13 +1,12 @@
-r"""log det X as an objective to be maximised, by LMIs: the geometric mean of the eigenvalues.
+r"""The determinant of a symmetric matrix, to be maximised, as LMIs.
 
-log det X is concave, and its greatest value is where det(X)^(1/n) is greatest.  With a lower
-triangular Z, t <= det(X)^(1/n) holds exactly where
+log det X is concave, and its greatest value is where det(X)^(1/n) is greatest:
 
-    [ X    Z       ]
-    [ Z'   diag Z  ]  >= 0,      t <= (Z_11 ... Z_nn)^(1/n),
+    v <= (z_1 ... z_n)^(1/n),    [[X, T], [T', diag(z)]] >= 0,
 
-and the mean is a tree of [[a, w], [w, b]] >= 0, which say w^2 <= a b; t itself fills it up to a
-power of two leaves.
+with T lower triangular and z its diagonal; then det X >= z_1 ... z_n, with equality attained.  The
+geometric mean is a tree of [[a, c], [c, b]] >= 0, c^2 <= a b, whose leaves are z_1, ..., z_n and,
+up to a power of two, its root itself.
 
 Source: Ben-Tal and Nemirovski (2001), Lectures on Modern Convex Optimization, section 4.2.
 """
@@ -25,8 +24,9 @@ from takagi.lmi.expressions.expression import (
     added,
     block,
     expression_of,
-    matrix,
+    placement,
 )
+from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
 
 
@@ -60,30 +60,48 @@ def log_det(value: object) -> LogDet:
     return LogDet(X)
 
 
-def root_of_determinant(X: Expression) -> tuple[Unknown, tuple[Inequality, ...]]:
-    """Return t and the module's inequalities, which say t <= det(X)^(1/n)."""
+def root_of_determinant(
+    X: Expression, prefix: str = ""
+) -> tuple[Expression, tuple[Unknown, ...], tuple[Inequality, ...]]:
+    """Return v, its unknowns and the module's inequalities, which say v <= det(X)^(1/n).
+
+    ``prefix`` : of the names of unknowns and inequalities.
+    """
     n = X.shape[0]
-    z, t = (
-        Unknown("log det, z", 1, 1, count=triangle(n), latex="z"),
-        Unknown("log det, t", 1, 1, latex="t"),
+    if n == 1:
+        return X, (), ()
+    v = Unknown(f"{prefix}volume", 1, 1, latex="v")
+    # The tree's nodes, the root first, then its leaves: children of node k are 2 k and 2 k + 1.
+    nodes = 2 ** int(np.ceil(np.log2(n))) - 1
+    c = Unknown(f"{prefix}means", 1, 1, count=nodes + n, latex="c")
+    T = Unknown(f"{prefix}factor", 1, 1, count=triangle(n - 1), latex="T")
+    dots = ", " if n == 2 else r", \dots, "
+    missing = "" if nodes + 1 == n else rf",\; c_l = c_1 \text{{ for }} l > {c.count}"
+    statements = (
+        _factor(X, T, c).named(f"{prefix}factor", rf"z = (c_{{{nodes + 1}}}{dots}c_{{{c.count}}})"),
+        _means(c, nodes).named(f"{prefix}geometric mean", rf"k = 1, \dots, {nodes}{missing}"),
+        (c.member(0) - v >= 0).named(f"{prefix}volume"),
     )
-    row, column = np.tril_indices(n)
-    E = np.eye(n)[row][:, :, None] * np.eye(n)[column][:, None, :]
-    on = np.flatnonzero(row == column)
-    Z, diagonal = (
-        added(z.members(k, "z_{k}") * matrix(E[k], "E_{k}"), latex=r"\sum_k")
-        for k in (np.arange(len(row)), on)
-    )
-    leaves = [z.member(int(k)) for k in on]
-    leaves += [t.as_expression()] * (2 ** max(1, (n - 1).bit_length()) - n)
-    statements = [(block([[X, Z], [None, diagonal]]) >= 0).named("log det, triangle")]
-    while len(leaves) > 1:
-        pairs = list(zip(leaves[::2], leaves[1::2], strict=True))
-        names = [f"log det, mean {len(pairs)}.{k + 1}" for k in range(len(pairs))]
-        means = [t if len(pairs) == 1 else Unknown(name, 1, 1, latex="w") for name in names]
-        statements += [
-            (block([[a, mean], [None, b]]) >= 0).named(name)
-            for (a, b), mean, name in zip(pairs, means, names, strict=True)
-        ]
-        leaves = [mean.as_expression() for mean in means]
-    return t, tuple(statements)
+    return v.as_expression(), (v, c, T), statements
+
+
+def _factor(X: Expression, T: Unknown, c: Unknown) -> Inequality:
+    """Pose [[X, T], [T', z]] >= 0: T lower triangular, z its diagonal, the leaves of the tree."""
+    n, eye = X.shape[0], np.eye(X.shape[0])
+    row, column = np.tril_indices(n, -1)
+    entries = T.members(np.arange(len(row)), r"T_{\text{lower}}")
+    lower = added(entries * placement(eye[row][:, :, None] * eye[column][:, None, :]), latex="")
+    z_entries = c.members(np.arange(c.count - n, c.count), r"\mathrm{diag}(z)")
+    z = added(z_entries * placement(eye[:, :, None] * eye[:, None, :]), latex="")
+    return block([[X, lower + z], [None, z]]) >= 0
+
+
+def _means(c: Unknown, nodes: int) -> Inequality:
+    """Pose [[c_2k, c_k], [c_k, c_2k+1]] >= 0 at every node; the root again for missing leaves."""
+    k = np.arange(1, nodes + 1)
+
+    def means(index: Indices, symbol: str) -> Expression:
+        return c.members(np.where(index <= c.count, index, 1) - 1, symbol)
+
+    rows = [[means(2 * k, "c_{2k}"), means(k, "c_k")], [None, means(2 * k + 1, "c_{2k+1}")]]
+    return block(rows) >= 0

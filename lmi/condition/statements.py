@@ -125,8 +125,8 @@ def _goal(minimise: object, maximise: object) -> tuple[Expression | None, tuple[
             raise ModelError(
                 "pose: log_det is concave, so it can be maximised only: maximise=log_det(P)"
             )
-        t, statements = root_of_determinant(minimise.X)
-        return -t, statements
+        v, _, statements = root_of_determinant(minimise.X, "log det, ")
+        return -v, statements
     if maximise is not None:
         return -expression_of(maximise, "the objective"), ()
     return None if minimise is None else expression_of(minimise, "the objective"), ()

@@ -2,13 +2,11 @@
 
 A no for some items is a no for all, and a least objective over some is below that over all; a yes
 counts when every item was evaluated.  Items that are never given to the solver cost an eigenvalue.
-
-Of very many vertices a common P's condition is never even posed over all.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,10 +22,8 @@ from takagi.lmi.condition.evaluate import (
 from takagi.lmi.condition.statements import StatedCondition, condition_of
 from takagi.lmi.condition.term import LMI, Condition, selected_items
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.cone.cone_program import assemble, cone_program
 from takagi.lmi.decision.decide import decide, improve, optimise
 from takagi.lmi.decision.outcome import Outcome
-from takagi.lmi.solver.solve import attempts
 from takagi.models.arrays import Floats, Indices
 
 # Up to so many items of an LMI are given to the solver at once: quicker than rounds.
@@ -35,8 +31,6 @@ ALL_AT_ONCE = 48
 FIRST, ADDED, ROUNDS = 12, 12, 60
 # Unknowns will do when the items left out keep this share of the margin of those given.
 ENOUGH = 0.5
-# How far, relative to the LMI's size, an item may miss its constraint before the last round.
-ITEM_TOLERANCE = 1e-7
 # Numbers in one piece of the items that are evaluated together; bounds the memory.
 ENTRIES_AT_ONCE = 1_000_000
 
@@ -53,11 +47,21 @@ def decide_by_rounds(condition: Condition, *, rows: Mapping[str, float] | None =
     return some.filled(_decided(some, rows))
 
 
-def _decided(some: _Some, rows: Mapping[str, float] | None) -> Outcome:
+def decide_some(condition: Condition, *, most: int = 99) -> tuple[Condition, Outcome]:
+    """Return the condition with the items of the last round, and ``decide_by_rounds`` of them.
+
+    The outcome's margin is over all items.  ``most`` : as for ``decide``, for each round.
+    """
+    some = _Some.of(condition)
+    outcome = _decided(some, None, most)
+    return (some.condition() if some.pieces else condition), outcome
+
+
+def _decided(some: _Some, rows: Mapping[str, float] | None, most: int = 99) -> Outcome:
     """Return the outcome of the last round, its margin over all items."""
     tries: list[Try] = []
     for _ in range(ROUNDS):
-        outcome = decide(some.condition(), rows=rows)
+        outcome = decide(some.condition(), rows=rows, most=most)
         tries += outcome.tries
         if outcome.status != "candidate":
             return replace(outcome, tries=tuple(tries))
@@ -78,7 +82,7 @@ def optimise_by_rounds(condition: StatedCondition, *, slack: float = 1e-6) -> Ou
     """
     posed = condition_of(condition, "optimise_by_rounds")
     some = _Some.of(posed)
-    tries = _touching(some)
+    tries: list[Try] = []
     for _ in range(ROUNDS):
         outcome = optimise(some.condition(), slack=slack)
         tries += outcome.tries
@@ -95,30 +99,6 @@ def optimise_by_rounds(condition: StatedCondition, *, slack: float = 1e-6) -> Ou
     if outcome.status == "candidate" and not holds(posed, outcome.margin):
         outcome = replace(outcome, status="unknown", settled=False)
     return some.filled(replace(outcome, tries=tuple(tries)))
-
-
-def _touching(some: _Some) -> list[Try]:
-    """Add items until the least objective over the chosen ones violates none that was left out.
-
-    No margin is asked for and nothing is claimed: this only finds the items that count.
-    """
-    tries: list[Try] = []
-    for _ in range(ROUNDS if some.pieces else 0):
-        data = assemble(some.condition())
-        raw = next(attempts(cone_program(data, data.objective, (), margin=0.0)))
-        usable = len(raw.y) == len(data.objective) and bool(np.isfinite(raw.y).all())
-        if not usable or "nfeasible" in raw.status:
-            # Too few items to bound the objective, or already too many to be satisfied.
-            tries.append(Try(raw.solver, raw.status, -np.inf, raw.iterations, raw.seconds))
-            if "Dual" in raw.status and some.add_next():
-                continue
-            return tries
-        margins = some.margins(data.values(raw.y))
-        worst = _worst(margins, np.inf)
-        tries.append(Try(raw.solver, raw.status, worst, raw.iterations, raw.seconds))
-        if not some.add(margins, -ITEM_TOLERANCE):
-            return tries
-    return tries
 
 
 def improve_by_rounds(condition: Condition, start: Outcome) -> Outcome:
@@ -272,48 +252,6 @@ def _random(X: Unknown, random: np.random.Generator) -> Floats:
 CHUNK = 20_000
 
 
-def decide_by_vertices(
-    A: Floats, alpha: float, pose: Callable[..., Condition], *, most: int = 99
-) -> tuple[Condition, Outcome]:
-    """Return the last condition posed and its outcome, whose margin is over all vertices.
-
-    A no for some vertices is a no for all.  The labels of the condition's vertices are those of
-    the whole set.
-
-    Parameters
-    ----------
-    A : (N, n, n).
-    pose : builder called as pose(vertices, decay_rate=, weight=).
-    most : as for ``decide``, for each round.
-    """
-    weight = _weight(A)
-    if len(A) <= ALL_AT_ONCE:
-        condition = pose(A, decay_rate=alpha, weight=weight)
-        return condition, decide(condition, most=most)
-    chosen = first_vertices(A)
-    tries: list[Try] = []
-    for _ in range(ROUNDS):
-        condition = _labelled(pose(A[chosen], decay_rate=alpha, weight=weight), chosen, len(A))
-        outcome = decide(condition, most=most)
-        tries += outcome.tries
-        if outcome.status != "candidate":
-            return condition, replace(outcome, tries=tuple(tries))
-        margins = _vertex_margins(A, alpha, outcome.values["P"], pose, weight)
-        worst = float(margins.min())
-        if worst >= ENOUGH * outcome.margin:
-            smallest_margin = min(worst, outcome.margin)
-            return condition, replace(outcome, margin=smallest_margin, tries=tuple(tries))
-        order = np.argsort(margins)
-        chosen = np.concatenate([chosen, order[~np.isin(order, chosen)][:ADDED]])
-    return condition, replace(outcome, status="unknown", margin=worst, tries=tuple(tries))
-
-
-def _weight(A: Floats) -> float:
-    # The Frobenius norm bounds the spectral one, and is cheap for a hundred thousand vertices.
-    largest = float(np.sqrt((A * A).sum(axis=(1, 2)).max()))
-    return 2.0 * largest if largest > 0 else 1.0
-
-
 def first_vertices(A: Floats) -> Indices:
     """Return which vertices to begin with: the slowest and the farthest from the mean."""
     if len(A) <= ALL_AT_ONCE:
@@ -329,20 +267,3 @@ def _largest(symmetric: Floats) -> Floats:
         np.linalg.eigvalsh(symmetric[k : k + CHUNK])[:, -1] for k in range(0, len(symmetric), CHUNK)
     ]
     return np.concatenate(chunks)
-
-
-def _vertex_margins(
-    A: Floats, alpha: float, P: Floats, pose: Callable[..., Condition], weight: float
-) -> Floats:
-    chunks = []
-    for k in range(0, len(A), CHUNK):
-        condition = pose(A[k : k + CHUNK], decay_rate=alpha, weight=weight)
-        vertex = condition.lmis[-1]
-        chunks.append(smallest_eigenvalues(condition, vertex, {"P": P}) / vertex.weight)
-    return np.concatenate(chunks)
-
-
-def _labelled(condition: Condition, chosen: Indices, total: int) -> Condition:
-    last = condition.lmis[-1]
-    labels = tuple(f"{last.name} {k + 1} of {total}" for k in chosen)
-    return replace(condition, lmis=(*condition.lmis[:-1], replace(last, labels=labels)))

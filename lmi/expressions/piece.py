@@ -201,8 +201,10 @@ class Piece:
         """Return the transpose, in the mirrored block."""
         at = None if self.at is None else self.at[::-1]
         if self.right is None:
-            # A scalar unknown and a known matrix have symbols in ``before`` only.
-            return replace(self, left=turned(self.left), at=at, before=transposed(self.before))
+            # A known matrix has symbols in ``before`` only, a scalar unknown on both sides.
+            word = transposed(self.before + self.behind)
+            before, behind = ((), word) if self.behind else (word, ())
+            return replace(self, left=turned(self.left), at=at, before=before, behind=behind)
         assert self.unknown is not None  # a right factor belongs to an unknown
         return replace(
             self,
@@ -234,10 +236,9 @@ class Piece:
         parameter = single_parameter(self, known_piece)
         if self.right is None:
             left = product(self.left, known_piece.left)
-            before = self.before + known_piece.before
-            return replace(
-                self, at=at, left=left, factor=factor, parameter=parameter, before=before
-            )
+            side = "behind" if self.behind else "before"
+            word = {side: getattr(self, side) + known_piece.before}
+            return replace(self, at=at, left=left, factor=factor, parameter=parameter, **word)
         return replace(
             self,
             at=at,

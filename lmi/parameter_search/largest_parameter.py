@@ -9,10 +9,9 @@ and solves for
 Then it moves theta to the largest value that the new x allows, which follows from eigenvalues.
 Since G_k(x) is close to G_k(x_last), theta grows by about tau t, and the steps converge
 superlinearly; bisection would converge linearly.  All steps share one set of cone data and one
-solver.  If the condition has one unknown matrix, ``parameter_path`` comes close to the value first
-and the steps confirm it.  If it has several, G at the next x may differ much from G at the last
-one, and the steps become short.  After a few steps the search therefore changes to leaps: the leap
-doubles while the condition is feasible, and the remaining interval is halved afterwards.
+solver.  If the condition has several unknown matrices, G at the next x may differ much from G at
+the last one, and the steps become short.  After a few steps the search therefore changes to leaps:
+the leap doubles while the condition is feasible, and the remaining interval is halved afterwards.
 
 Source: Boyd and El Ghaoui (1993), Linear Algebra and its Applications 188-189, for the problem;
 Crouzeix, Ferland and Schaible (1985), JOTA 47, for the steps (here with matrices for fractions).
@@ -43,7 +42,7 @@ from takagi.lmi.condition.term import LMI, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide, first_weighed
 from takagi.lmi.decision.outcome import Outcome
-from takagi.lmi.parameter_search.parameter_path import WORST, ParameterPencil, Values, follow_path
+from takagi.lmi.parameter_search.parameter_pencil import WORST, ParameterPencil, Values
 from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats, ShortRepr
 from takagi.models.errors import ModelError
@@ -146,7 +145,7 @@ FEW_SOLVERS = 4
 STEPS_BEYOND = (1.0, 10.0, 100.0, 1e3, 1e4)
 # If the bound on t is below this, the condition counts as infeasible there: a smaller bound is
 # within the solver's tolerances.
-NOTHING = 1e-4
+NOTHING = 1e-5
 # The bound on theta assumes that G at other unknowns is at least G at the best ones over this.
 LESS = 2.0
 # Reciprocal condition numbers below which no conclusion is drawn: from t about G, and from one
@@ -249,11 +248,10 @@ def extreme_parameter(
         return tolerance * max(abs(at - origin), 1e-3 * pencil_size)
 
     step_size = step or near_enough
-    value, start, arrived = follow_path(pencil, start, value, step_size)
     # The size of the sum at this value, not of its terms, which may cancel there.
     tau = max(pencil.size(start, value), 1e-4 * pencil_size) if np.isfinite(value) else pencil_size
     ascent = _Ascent(pencil, tau, step_size, limit, tries)
-    value, best, bound, converged = ascent.run(value, start, steps, arrived)
+    value, best, bound, converged = ascent.run(value, start, steps)
     if centre and np.isfinite(value):
         extreme = _centred(pencil, value, bound, best, step_size(value), tries)
         return replace(extreme, converged=converged)
@@ -298,16 +296,12 @@ class _Ascent:
     tries: list[Try]
     session: Session = field(default_factory=Session)
 
-    def run(
-        self, value: float, best: Values, steps: int, at_largest: bool
-    ) -> tuple[float, Values, float, bool]:
-        """Return the value, its unknowns, the bound, and whether the search came to its end.
-
-        ``at_largest`` : whether the value is the largest as far as is known: a look is taken beyond
-        it.
-        """
+    def run(self, value: float, best: Values, steps: int) -> tuple[float, Values, float, bool]:
+        """Return the value, its unknowns, the bound, and whether the search came to its end."""
         d = self.pencil.d
-        score, bound, finished = d * value, np.inf, False
+        # Where a step gained nothing the value is the largest as far as is known, and a look is
+        # taken beyond it.
+        score, bound, finished, at_largest = d * value, np.inf, False, False
         for _ in range(min(steps, PATIENCE)):
             if self.passed(score):
                 return d * score, best, d * np.inf, True

@@ -23,7 +23,7 @@ from takagi.lmi.expressions.expression import Expression, matrix
 from takagi.lmi.polynomials import Basis
 from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, double_sum_of
-from takagi.lmi.sums.product_premises import count_of, multisets
+from takagi.lmi.sums.product_premises import count_of
 from takagi.models.arrays import Floats, Indices
 
 
@@ -131,19 +131,15 @@ def _whole_shares(rules: int, corners: Corners | None, subdivision: int) -> Indi
     """Return the shares of all rules as whole numbers, (blends, rules), with equal sums."""
     plain = ProductRules(np.arange(rules)[:, None], ("h",))
     product = plain if corners is None else product_rules(corners)
-    tables = {name: _counts(size, subdivision) for name, size in product.sizes.items()}
+    tables = {
+        name: Basis((size,), (subdivision,)).exponents for name, size in product.sizes.items()
+    }
     grid = np.indices([len(table) for table in tables.values()]).reshape(len(tables), -1)
     chosen = {name: tables[name][row] for name, row in zip(tables, grid, strict=True)}
     shares = np.ones((grid.shape[1], rules), dtype=np.intp)
     for column, premise in enumerate(product.premises):
         shares *= chosen[premise][:, product.corners[:, column]]
     return shares
-
-
-def _counts(size: int, subdivision: int) -> Indices:
-    """Return (count, size): all nonnegative whole numbers with the sum ``subdivision``."""
-    chosen = multisets(size, subdivision)
-    return np.asarray((chosen[:, :, None] == np.arange(size)).sum(axis=1), dtype=np.intp)
 
 
 def _label(shares: Indices) -> str:

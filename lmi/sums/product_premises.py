@@ -24,6 +24,7 @@ import numpy as np
 from takagi.lmi.condition.term import LMI
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import Expression, He, added, matrix
+from takagi.lmi.polynomials import Basis
 from takagi.lmi.sums.corner_rules import ProductRules, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand, Weights, selections
 from takagi.lmi.sums.slack_matrices import negative_whole, slack_unknown
@@ -34,34 +35,6 @@ from takagi.models.errors import ModelError
 def count_of(values: int, degree: int) -> int:
     """Return how many multisets of ``degree`` numbers from 0 ... values - 1 there are."""
     return comb(values + degree - 1, degree)
-
-
-def multisets(values: int, degree: int) -> Indices:
-    """Return (count, degree), each row sorted; row k is the multiset with number k."""
-    rows = np.zeros((1, 0), dtype=np.intp)
-    for _ in range(degree):
-        # Each row is continued with every value from its last entry to the largest one.
-        last = rows[:, -1] if rows.shape[1] else np.zeros(len(rows), dtype=np.intp)
-        choices = values - last
-        row = np.repeat(np.arange(len(rows)), choices)
-        step = np.arange(len(row)) - np.repeat(np.cumsum(choices) - choices, choices)
-        rows = np.column_stack([rows[row], last[row] + step])
-    ordered = np.empty_like(rows)
-    ordered[numbers_of(rows, values)] = rows
-    return ordered
-
-
-def numbers_of(rows: Indices, values: int) -> Indices:
-    """Return the numbers, 0 ... count - 1, of multisets given as sorted rows, (..., degree).
-
-    m_1 <= m_2 <= ... becomes c_t = m_t + t - 1, a set; sets are numbered by sum_t (c_t choose t).
-    """
-    degree = rows.shape[-1]
-    table = np.array(
-        [[comb(c, t + 1) for t in range(degree)] for c in range(values + degree)], dtype=np.intp
-    ).reshape(values + degree, degree)
-    position = np.arange(degree)
-    return np.asarray(table[rows + position, position].sum(axis=-1), dtype=np.intp)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +67,7 @@ class SimplexCoefficients:
     i, j, item, weight : (T,); the weights are whole numbers, with the same sum in all items.
     total : their sum.
     scale : a power of two near 1 / total, that makes a coefficient about a mean of the Theta_ij.
-    exponents : for each premise (items, D_k + d), the corners whose weights are multiplied.
+    basis : of the items, premise after premise: each is a product of corner weights.
     """
 
     i: Indices
@@ -103,12 +76,12 @@ class SimplexCoefficients:
     weight: Weights
     total: int
     scale: float
-    exponents: tuple[Indices, ...]
+    basis: Basis
 
     @property
     def count(self) -> int:
         """Return the number of coefficients."""
-        return len(self.exponents[0])
+        return self.basis.count
 
     def summand(self, factor: str) -> Summand:
         """Return the weighted sum, with the weights written as ``factor``."""
@@ -146,8 +119,7 @@ def coefficients(rules: ProductRules, degree: int) -> SimplexCoefficients:
     weight = np.ones((r, r, 1))
     simplexes = simplexes_of(rules)
     for simplex in simplexes:
-        number, factor = _table(simplex, rules, degree)
-        count = count_of(simplex.corners, simplex.degree + degree)
+        number, factor, count = _table(simplex, rules, degree)
         item = (item[..., None] * count + number[:, :, None, :]).reshape(r, r, -1)
         weight = (weight[..., None] * factor[:, :, None, :]).reshape(r, r, -1)
     i, j, _ = (indices.ravel() for indices in np.indices(item.shape))
@@ -160,47 +132,33 @@ def coefficients(rules: ProductRules, degree: int) -> SimplexCoefficients:
         total=total,
         # A power of two, so that rounding never touches the ratios of the weights.
         scale=2.0 ** -round(log2(total)),
-        exponents=_exponents(simplexes, degree),
+        basis=Basis(
+            tuple(simplex.corners for simplex in simplexes),
+            tuple(simplex.degree + degree for simplex in simplexes),
+        ),
     )
 
 
-def _table(simplex: Simplex, rules: ProductRules, degree: int) -> tuple[Indices, Weights]:
-    """Return number and weight, (r, r, multisets of ``degree``), of one premise.
+def _table(simplex: Simplex, rules: ProductRules, degree: int) -> tuple[Indices, Weights, int]:
+    """Return number and weight, (r, r, products of ``degree``), of one premise; count of numbers.
 
-    The product of the corners of rules i and j and of a multiset of the power's is the multiset
-    ``number``, with exponents e; the weight is prod_c e_c! / (e_c - a_c)!, a of i and j alone.
+    With the exponents a of rules i and j together, and those p of a product of the power, e = a + p
+    are those of the product ``number``; the weight is prod_c e_c! / (e_c - a_c)!.
     """
-    powers = multisets(simplex.corners, degree)
+    size = simplex.corners
+    powers = Basis((size,), (degree,)).exponents
+    basis = Basis((size,), (simplex.degree + degree,))
+    factors = (rules.corners[:, simplex.columns, None] == np.arange(size)).sum(axis=1)
     # Rules agree in many premises: the table is made for each combination of corners once.
-    corners, row = np.unique(rules.corners[:, simplex.columns], axis=0, return_inverse=True)
+    factors, row = np.unique(factors, axis=0, return_inverse=True)
     row = row.ravel()
-    shape = (len(corners), len(corners), len(powers))
-    premise_corners = [
-        *(np.broadcast_to(corner[:, None, None], shape) for corner in corners.T),
-        *(np.broadcast_to(corner[None, :, None], shape) for corner in corners.T),
-    ]
-    times = (powers[:, :, None] == np.arange(simplex.corners)).sum(axis=1)
-    weight = np.ones(shape)
-    for position, corner in enumerate(premise_corners):
-        further = sum(
-            (corner == second_corner for second_corner in premise_corners[position:]),
-            np.zeros(shape, dtype=np.intp),
-        )
-        weight *= times[np.arange(len(powers)), corner] + further
-    rows = np.stack(
-        [*premise_corners, *(np.broadcast_to(power, shape) for power in powers.T)], axis=3
-    )
-    number = numbers_of(np.sort(rows, axis=3), simplex.corners)
-    return number[row[:, None], row], weight[row[:, None], row]
-
-
-def _exponents(simplexes: tuple[Simplex, ...], degree: int) -> tuple[Indices, ...]:
-    """Return for each premise (items, D_k + d), the last premise changing first."""
-    rows = [multisets(simplex.corners, simplex.degree + degree) for simplex in simplexes]
-    positions = np.indices([len(premise_rows) for premise_rows in rows]).reshape(len(rows), -1)
-    return tuple(
-        premise_rows[position] for premise_rows, position in zip(rows, positions, strict=True)
-    )
+    a = factors[:, None, None] + factors[None, :, None]
+    e = a + powers
+    degrees = range(simplex.degree + 1), range(simplex.degree + degree + 1)
+    falling = np.array([[float(perm(n, k)) for k in degrees[0]] for n in degrees[1]])
+    number = basis.rank(e.reshape(-1, size)).reshape(e.shape[:-1])
+    weight = falling[e, a].prod(axis=-1)
+    return number[row[:, None], row], weight[row[:, None], row], basis.count
 
 
 # The shares of the Theta_ij in a coefficient, which sum to 1.
@@ -219,12 +177,12 @@ def polya(loop: DoubleSum, degree: int) -> RelaxedSum:
     """
     rules = ProductRules(np.arange(loop.rules)[:, None], ("h",))
     sums = coefficients(rules, degree)
-    chosen = sums.exponents[0]
+    axes = [f"h{c + 1}" for c in range(loop.rules)]
     lmi = loop.lmi(
         "product of memberships",
         (sums.summand(_POLYA.format((degree + 2) * (degree + 1))),),
         count=sums.count,
-        label=lambda item: " ".join(f"h{c + 1}" for c in chosen[item].tolist()),
+        label=lambda item: sums.basis.label(item, axes),
         index=rf"k \in \mathbb{{N}}_0^{{{loop.rules}}},\; |k| = {degree + 2}",
         scale=sums.scale,
         printed=sums.total,
@@ -284,10 +242,13 @@ def _product_lmi(loop: DoubleSum, degree: int, X: Unknown | None = None) -> LMI:
     simplexes = simplexes_of(rules)
     sums = coefficients(rules, degree)
 
+    ends = np.cumsum(sums.basis.sizes)[:-1]
+
     def label(item: int) -> str:
+        powers = np.split(sums.basis.exponents[item], ends)
         corners = (
-            f"{simplex.name} at {' '.join(str(c + 1) for c in rows[item].tolist())}"
-            for simplex, rows in zip(simplexes, sums.exponents, strict=True)
+            f"{simplex.name} at {' '.join(str(c + 1) for c in np.repeat(np.arange(len(p)), p))}"
+            for simplex, p in zip(simplexes, powers, strict=True)
         )
         return "corners " + ", ".join(corners)
 

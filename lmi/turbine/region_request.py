@@ -35,7 +35,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.regional_model import PITCH_DEVIATION, SPEED_ERROR, WIND_ESTIMATE
+from takagi.models.turbine.region_models import PITCH_DEVIATION, SPEED_ERROR, WIND_ESTIMATE
 from takagi.models.turbine.trim import TrimPoint, trim
 
 # Largest eigenvalue of Q in scaled states: the ellipsoid reaches at most the root of this times the

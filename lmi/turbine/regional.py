@@ -34,8 +34,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.region_models import full_load_model, partial_load_model
-from takagi.models.turbine.regional_model import WIND_ESTIMATE
+from takagi.models.turbine.region_models import WIND_ESTIMATE, full_load_model, partial_load_model
 
 BISECTIONS = 8
 

@@ -123,7 +123,7 @@ def fuzzy_lyapunov_condition(
 ) -> Condition:
     """Pose P(h) > 0 and He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0 for bounded rates of h.
 
-    Discrete time: A(h)' P(h+) A(h) < rho^2 P(h), as a Schur complement.  See ``fuzzy_condition``.
+    Discrete time: A(h)' P(h+) A(h) < rho^2 P(h), as a Schur complement.
 
     ``model``, ``rate_bounds``, ``degree``, ``decay_rate``, ``relaxation``, ``gains``,
     ``sample_time`` : as for ``fuzzy_lyapunov``; entries of the model may be Fractions.

@@ -169,15 +169,6 @@ def blended_plant(blending: Blending) -> Plant:
     )
 
 
-def actuator_laws(blending: Blending) -> dict[sp.Symbol, sp.Expr]:
-    """Return actuator symbol -> its position from effort, share, errors and parameters."""
-    laws = {}
-    for a in blending.actuators:
-        fixed, delivered = _parts(blending, a)
-        laws[a.variable.symbol] = fixed + delivered / a.effectiveness
-    return laws
-
-
 def _behind(row: sp.Expr, blending: Blending) -> sp.Expr:
     """Return one row with the actuators' positions put in.
 
@@ -187,18 +178,17 @@ def _behind(row: sp.Expr, blending: Blending) -> sp.Expr:
     symbols = [a.variable.symbol for a in blending.actuators]
     slopes = [sp.diff(row, symbol) for symbol in symbols]
     if any(slope.has(*symbols) for slope in slopes):
-        return row.subs(actuator_laws(blending), simultaneous=True)
+        pairs = [(a, *_parts(blending, a)) for a in blending.actuators]
+        laws = {a.variable.symbol: still + moved / a.effectiveness for a, still, moved in pairs}
+        return row.subs(laws, simultaneous=True)
     blended_row = row.subs(dict.fromkeys(symbols, 0))
     for actuator, slope in zip(blending.actuators, slopes, strict=True):
         if slope != 0:
             fixed, delivered = _parts(blending, actuator)
-            blended_row += slope * fixed + _ratio(slope, actuator.effectiveness) * delivered
+            ratio = slope / actuator.effectiveness
+            ratio = sp.factor(sp.cancel(ratio)) if ratio.is_rational_function() else ratio
+            blended_row += slope * fixed + ratio * delivered
     return blended_row
-
-
-def _ratio(slope: sp.Expr, effectiveness: sp.Expr) -> sp.Expr:
-    ratio = slope / effectiveness
-    return sp.factor(sp.cancel(ratio)) if ratio.is_rational_function() else ratio
 
 
 def _parts(blending: Blending, actuator: Actuator) -> tuple[sp.Expr, sp.Expr]:

@@ -19,8 +19,7 @@ from takagi.models.files.units import PURE, Dimension, parse_unit
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.dimensions import NUMBERS, dimension_of
 from takagi.models.plant.plant import Plant
-from takagi.models.ranges.domain import Domain
-from takagi.models.ranges.expression_range import expression_range
+from takagi.models.ranges.expression_range import Domain, expression_range
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -172,18 +171,14 @@ def _dimension(expression: sp.Expr, units: Mapping[sp.Symbol, Dimension]) -> Dim
             else None
         )
     if hasattr(expression, "value_unit"):
-        return _of_table(expression)
+        dimension = parse_unit(expression.value_unit).dimension
+        for unit, order in zip(expression.argument_units, expression.orders, strict=True):
+            dimension = dimension.times(parse_unit(unit).dimension.power(Fraction(-order)))
+        return dimension
     if type(expression).__name__ in ("Abs", "Max", "Min"):
         dimensions = {d for a in expression.args if (d := _dimension(a, units)) is not None}
         return dimensions.pop() if len(dimensions) == 1 else None
     return PURE if type(expression).__name__ in NUMBERS else None
-
-
-def _of_table(call: sp.Expr) -> Dimension:
-    dimension = parse_unit(call.value_unit).dimension
-    for unit, order in zip(call.argument_units, call.orders, strict=True):
-        dimension = dimension.times(parse_unit(unit).dimension.power(Fraction(-order)))
-    return dimension
 
 
 LARGEST_BLOCK = 5  # rows that hang together; the adjugate of a full 6 x 6 has 720 products an entry

@@ -179,7 +179,13 @@ def check_equilibrium(
         "such equations, and they are found; or let rest='solve inputs' (on the command line "
         "--solve-rest) find the inputs that hold the states there"
     )
-    if any(not residual.is_rational or _has_table(row) for _, row, residual in residual_rows):
+    from takagi.models.ranges.tape import tables_class
+
+    tables = tables_class()
+    if any(
+        not residual.is_rational or (tables is not None and row.has(tables))
+        for _, row, residual in residual_rows
+    ):
         # exp(350) is not a decimal: a ball around one is proved, or a parameter is the rest itself.
         advice += (
             "; where no decimals do, write rest = 'solve' for a state or input, and its rest is "
@@ -255,13 +261,6 @@ def _why(term: sp.Expr, rest: Mapping[sp.Symbol, sp.Expr]) -> str:
 def _short(value: sp.Expr, digits: int) -> str:
     number = sp.N(value, digits)
     return f"{float(number):.{digits}g}" if number.is_real else str(number)
-
-
-def _has_table(row: sp.Expr) -> bool:
-    from takagi.models.ranges.tape import tables_class
-
-    tables = tables_class()
-    return tables is not None and row.has(tables)
 
 
 def _check_equilibrium_stays(

@@ -21,7 +21,7 @@ from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, rational
 from takagi.models.plant.design_settings import RESTS, Rest
 from takagi.models.plant.plant import Plant, Variable
-from takagi.models.ranges.domain import Domain
+from takagi.models.ranges.expression_range import Domain
 
 
 @dataclass(frozen=True, slots=True, eq=False)

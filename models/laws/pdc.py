@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, frozen
 from takagi.models.equilibrium_line import ConstantObserver
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
@@ -67,13 +67,11 @@ class PdcLaw:
         r, n, m = self.model.B.shape
         object.__setattr__(self, "gains", _gains(self.gains, (r, m, n)))
         for field_name, size in (("state_rest", n), ("input_rest", m)):
-            value = np.array(getattr(self, field_name), dtype=np.float64)
+            value = frozen(self, field_name)
             if value.shape != (size,) or not np.all(np.isfinite(value)):
                 raise ModelError(
                     f"{field_name} has shape {value.shape}; ({size},) is needed, all finite"
                 )
-            value.flags.writeable = False
-            object.__setattr__(self, field_name, value)
 
     @property
     def sample_time(self) -> float | None:

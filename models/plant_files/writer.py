@@ -206,12 +206,7 @@ def _in_unit(values: Sequence[Fraction], written: str, si: str) -> tuple[str, li
 
 
 def _exact_text(value: Fraction, equals: sp.Expr | None, unit: str, what: str) -> str:
-    """Return an expression for a number without decimals.
-
-    Raises
-    ------
-    ModelError : it has a unit, which no expression of numbers has.
-    """
+    """Return an expression for a number without decimals."""
     text = expression_text(
         sp.Rational(value.numerator, value.denominator) if equals is None else equals
     )

@@ -57,14 +57,6 @@ class BoxSide(NamedTuple):
         """Return both ends as points."""
         return _side(self.lower), _side(self.upper)
 
-    def with_zero(self) -> BoxSide:
-        """Return the smallest side that contains this one and 0."""
-        return _side(min(self.lower, fmpq(0)), max(self.upper, fmpq(0)))
-
-    def zero(self) -> BoxSide:
-        """Return the point 0."""
-        return _side(fmpq(0))
-
     def has_zero(self) -> bool:
         """Return whether 0 is on the side."""
         return bool(self.lower <= 0 <= self.upper)
@@ -360,7 +352,8 @@ class BallForm:
         It lies in the range of f over the hull with x = 0, and in f(0) + x f'(hull) / (k + 1).
         """
         side = box[index]
-        hull, other_sides = side.with_zero(), (box[:index], box[index + 1 :])
+        hull = _side(min(side.lower, fmpq(0)), max(side.upper, fmpq(0)))
+        other_sides = box[:index], box[index + 1 :]
         wide = (*other_sides[0], hull, *other_sides[1])
         if all(part_side.is_point for part_side in wide):
             return self.plain(wide)
@@ -372,7 +365,7 @@ class BallForm:
         enclosure, slope = between(*ends), slopes[index]
         if slope is None:
             return enclosure
-        start = self.plain((*other_sides[0], side.zero(), *other_sides[1]))
+        start = self.plain((*other_sides[0], _side(fmpq(0)), *other_sides[1]))
         return common(enclosure, start + side.ball * slope / (order + 1))
 
     def with_slopes(self, box: Sides) -> tuple[Ball, list[Ball | None]]:

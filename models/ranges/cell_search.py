@@ -315,12 +315,7 @@ def _positive(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> frozens
 
 
 def _covered(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> bool:
-    """Return whether there are tables and every argument provably stays strictly inside its own.
-
-    Raises
-    ------
-    ModelError : an argument that takes values outside its table.
-    """
+    """Return whether there are tables and every argument provably stays strictly inside its own."""
     tables = tables_class()
     calls = set() if tables is None else expression.atoms(tables)
     inside = bool(calls)

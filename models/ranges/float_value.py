@@ -108,7 +108,7 @@ class _Writer:
             return self._power(expression.base, expression.exp)
         if expression.func is sp.Abs:
             value, error = self.written(expression.args[0])
-            return self._part(f"abs({value})", error)
+            return self._line(f"abs({value})"), error
         if expression.func not in _SLOPES:
             raise NotInFloats(expression)
         name, slope = _SLOPES[expression.func]
@@ -158,9 +158,6 @@ class _Writer:
         if error != "0":
             terms.append(f"abs({slope})*{error}")
         return value, self._line(" + ".join(terms))
-
-    def _part(self, formula: str, error: str) -> tuple[str, str]:
-        return self._line(formula), error
 
     def _line(self, formula: str) -> str:
         name = f"v{len(self.lines)}"

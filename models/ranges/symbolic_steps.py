@@ -135,7 +135,9 @@ def _sums_of(
         )
         constant = sp.Rational(linear[1].numerator, linear[1].denominator)
         solved = (t - other_terms - constant) / sp.Rational(factor.numerator, factor.denominator)
-        written = _inner_sums_expanded(expression.subs(first, solved))
+        # Every sum in it is multiplied out, so that what cancels is gone.
+        substituted = expression.subs(first, solved)
+        written = substituted.replace(lambda term: term.is_Add, sp.expand)
         if not written.free_symbols & set(symbols):
             expression = written
             sums.append((t, *linear, base))
@@ -158,8 +160,3 @@ def linear_terms(base: sp.Expr, symbols: list[sp.Symbol]) -> tuple[Linear, Fract
         tuple((s, Fraction(int(c.p), int(c.q))) for s, c in terms),
         Fraction(int(constant.p), int(constant.q)),
     )
-
-
-def _inner_sums_expanded(expression: sp.Expr) -> sp.Expr:
-    """Return the expression with every sum in it multiplied out, so that what cancels is gone."""
-    return expression.replace(lambda term: term.is_Add, sp.expand)

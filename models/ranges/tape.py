@@ -248,9 +248,9 @@ class _Maker:
         if name in ("Max", "Min"):
             return self.chain(arb.max if name == "Max" else arb.min, expression.args)
         special: dict[str, Callable[..., Ball]] = {
-            "Abs": _absolute,
+            "Abs": lambda ball: abs(ball).nonnegative_part(),
             "sign": arb.sgn,
-            "Heaviside": _unit_step,
+            "Heaviside": lambda ball: (1 + ball.sgn()) / 2,
             "sqrt": _root,
         }
         if name not in UNARY and name not in special:
@@ -265,14 +265,6 @@ class _Maker:
 
 def _inverse(ball: Ball) -> Ball:
     return 1 / ball
-
-
-def _absolute(ball: Ball) -> Ball:
-    return abs(ball).nonnegative_part()
-
-
-def _unit_step(ball: Ball) -> Ball:
-    return (1 + ball.sgn()) / 2
 
 
 def _root(ball: Ball) -> Ball:

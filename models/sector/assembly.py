@@ -27,7 +27,7 @@ from takagi.models.ts.vertex_arrays import VertexProduct
 
 if TYPE_CHECKING:
     from takagi.models.ranges.cell_search import Cell
-    from takagi.models.ranges.domain import Domain
+    from takagi.models.ranges.expression_range import Domain
     from takagi.models.ts.model import SymbolicForm
 
 

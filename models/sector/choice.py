@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice, product
 from math import prod
-from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
@@ -17,21 +16,18 @@ from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import CHOICES, Choice
-from takagi.models.ranges.domain import moved_into
-from takagi.models.ranges.expression_range import expression_range
+from takagi.models.ranges.expression_range import expression_range, moved_into
 from takagi.models.ranges.float_value import float_function
 from takagi.models.sector.common_denominator import denominator_forms, sum_quotients
 from takagi.models.sector.factored_form import (
     EntryIndex,
     FactoredForm,
     forms_of,
+    subtract,
     with_numbers_apart,
 )
 from takagi.models.sector.terms import Option, RowTerm, Sum, row_terms, terms_of
 from takagi.models.ts.premise import round_outward
-
-if TYPE_CHECKING:
-    from takagi.models.ranges.domain import Domain
 
 
 def with_quotients(
@@ -92,16 +88,10 @@ class HullWidth:
     nothing is proved with it.
     """
 
-    def __init__(
-        self,
-        box: Mapping[sp.Symbol, Interval],
-        columns: Mapping[str, Sequence[sp.Symbol]],
-        rows: Mapping[str, Sequence[sp.Expr]],
-        shape: Sequence[EntryIndex],
-        domain: Domain | None = None,
-    ) -> None:
-        chance = np.random.default_rng(20)
-        self.columns = columns
+    def __init__(self, problem: Problem) -> None:
+        plant, box, chance = problem.equations, problem.sides, np.random.default_rng(20)
+        self.columns = columns = _columns(plant)
+        rows, shape = _rows(plant), _places(plant)
         self.symbols = list(
             dict.fromkeys([*box, *(s for letters in columns.values() for s in letters)])
         )
@@ -118,8 +108,8 @@ class HullWidth:
         # inside.
         shares[SAMPLES // 2 :] = np.round(shares[SAMPLES // 2 :])
         self.points = low + (high - low) * shares
-        if domain is not None:
-            self.points = moved_into(domain, self.symbols, self.points, chance)
+        if problem.domain is not None:
+            self.points = moved_into(problem.domain, self.symbols, self.points, chance)
         self.ranges: dict[sp.Expr, tuple[float, float] | None] = {}
         self.scale = {
             letter: [max(map(abs, self._range(row) or (1.0,))) or 1.0 for row in some]
@@ -203,11 +193,7 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
     asked_premises = list(problem.premises.values())
     rows, quotients = with_quotients(plant.f, problem.premises, plant.states)
     in_symbols = [s if s in quotients else e for s, e in problem.premises.items()]
-    forms = [
-        without_quotients(form, quotients)
-        for some in _assignments(replace(plant, f=rows), problem)
-        for form in forms_of(some, in_symbols)
-    ]
+    forms = _forms(problem, rows, quotients, lambda entries: forms_of(entries, in_symbols))
     complete = [f for f in forms if set(asked_premises) <= set(f.premises)]
     if not complete:
         missing = [str(s) for s, e in problem.premises.items() if e not in forms[0].premises]
@@ -216,7 +202,11 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
             "write it as it stands in the equations"
         )
     if not asked_premises and min(len(form.premises) for form in complete) > MOST_PLAIN:
-        complete = [*_with_denominators(problem), *complete]
+        # Forms that keep denominators and quotients such as sin(x + y)/(x + y) whole.
+        rows, quotients = with_quotients(
+            plant.f, sum_quotients(plant.f, plant.states), plant.states
+        )
+        complete = [*_forms(problem, rows, quotients, denominator_forms), *complete]
     variables = {*plant.states, *plant.inputs, *plant.disturbances}
     apart = [with_numbers_apart(form, variables, asked_premises) for form in complete]
     apart = [form for form in apart if len(numbers_of(form)) <= MOST_NUMBERS]
@@ -225,27 +215,24 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
     if any(len(form.premises) < fewest for form in apart):
         # With numbers as coefficients another way to factor can have the fewest premises, and a
         # hull many times as large: its law has a small set.
-        width = _hull_width(problem)
+        width = HullWidth(problem)
         fewer = _best(apart, problem, choice)
         if fewest > MOST_PREMISES or width(fewer) <= WIDER * width(best):
             best = fewer
     return _in_symbols(best, problem)
 
 
-def _hull_width(problem: Problem) -> HullWidth:
-    plant = problem.equations
-    return HullWidth(problem.sides, _columns(plant), _rows(plant), _places(plant), problem.domain)
-
-
-def _with_denominators(problem: Problem) -> list[FactoredForm]:
-    """Return forms that keep denominators and quotients such as sin(x + y)/(x + y) whole."""
-    plant = problem.equations
-    proposed = sum_quotients(plant.f, plant.states)
-    rows, quotients = with_quotients(plant.f, proposed, plant.states)
+def _forms(
+    problem: Problem,
+    rows: tuple[sp.Expr, ...],
+    quotients: Mapping[sp.Symbol, sp.Expr],
+    forms: Callable[[dict[EntryIndex, Sum]], Iterable[FactoredForm]],
+) -> list[FactoredForm]:
+    """Return the forms of each assignment of the terms, with the quotients as expressions again."""
     return [
         without_quotients(form, quotients)
-        for some in _assignments(replace(plant, f=rows), problem)
-        for form in denominator_forms(some)
+        for entries in _assignments(replace(problem.equations, f=rows), problem)
+        for form in forms(entries)
     ]
 
 
@@ -257,7 +244,7 @@ def _best(forms: Sequence[FactoredForm], problem: Problem, choice: Choice) -> Fa
     compared = _different(by_count)[:MOST_WIDTHS]
     if len(compared) == 1 or few > MOST_PREMISES:
         return compared[0]
-    width = _hull_width(problem)
+    width = HullWidth(problem)
     measured = [form for form in compared if len(form.premises) <= MOST_PREMISES]
     # The width is rounded, so that equal hulls are told apart by their number of premises.
     return min(measured, key=lambda form: (float(f"{width(form):.6g}"), len(form.premises)))
@@ -290,7 +277,8 @@ def _assignments(plant: Equations, problem: Problem) -> Iterator[dict[EntryIndex
         entries: dict[EntryIndex, Sum] = {}
         for (letters, term), number in zip(terms, pick, strict=True):
             for option in term.options[number]:
-                _put(entries, _place(letters, term.row, option, plant), option)
+                place = _place(letters, term.row, option, plant)
+                subtract(entries.setdefault(place, {}), sp.S.NegativeOne, option.coefficient)
         yield entries
 
 
@@ -317,16 +305,6 @@ def _place(letters: tuple[str, str, str], row: int, option: Option, plant: Equat
                 )
             return letter, row, symbols.index(option.variable)
     raise ModelError(f"{option.variable} is neither a state nor an input nor a disturbance")
-
-
-def _put(entries: dict[EntryIndex, Sum], position: EntryIndex, option: Option) -> None:
-    entry = entries.setdefault(position, {})
-    for atom, c in option.coefficient.items():
-        total = entry.get(atom, 0) + c
-        if total == 0:
-            entry.pop(atom)
-        else:
-            entry[atom] = total
 
 
 def _columns(plant: Equations) -> dict[str, tuple[sp.Symbol, ...]]:

@@ -155,17 +155,13 @@ class _Premises:
                 number = c * atom
             else:
                 number = c
-                factor = next((m for m in self.moving if _divides(m, atom)), None)
+                factors = list(sp.Mul.make_args(atom))
+                factor = next((m for m in self.moving if factors.count(m) == 1), None)
                 remaining = atom if factor is None else atom / factor
                 further_members = () if remaining == 1 else (self._known(remaining),)
                 members = further_members if factor is None else (factor, *further_members)
             polynomial[members] = polynomial.get(members, 0) + number
         return polynomial
-
-
-def _divides(factor: sp.Expr, atom: sp.Expr) -> bool:
-    """Return whether the atom has the factor once."""
-    return [divisor == factor for divisor in sp.Mul.make_args(atom)].count(True) == 1
 
 
 def _factor_list(expression: sp.Expr) -> tuple[sp.Rational, list[sp.Expr]]:

@@ -34,7 +34,7 @@ class LinearSpan:
         for pivot, row, row_combination in self.rows:
             share = remainder.get(pivot)
             if share:
-                _subtract(remainder, share, row)
+                subtract(remainder, share, row)
                 for key, c in row_combination.items():
                     combination[key] = combination.get(key, 0) + share * c
         return remainder, {key: c for key, c in combination.items() if c != 0}
@@ -57,7 +57,8 @@ class LinearSpan:
         return True
 
 
-def _subtract(target: Sum, share: sp.Rational, row: Sum) -> None:
+def subtract(target: Sum, share: sp.Rational, row: Sum) -> None:
+    """Take a share of a row from a sum; what is then zero is left out."""
     for atom, c in row.items():
         difference = target.get(atom, 0) - share * c
         if difference == 0:

@@ -27,7 +27,7 @@ from takagi.models.ts.model import SymbolicForm, TSModel
 
 if TYPE_CHECKING:
     from takagi.models.plant.design_settings import Choice, Rest
-    from takagi.models.ranges.domain import Domain
+    from takagi.models.ranges.expression_range import Domain
 
 
 def _factored_problem(
@@ -45,21 +45,14 @@ def _factored_problem(
         units = {**problem.equations.units, **units}
         problem = replace(problem, equations=replace(problem.equations, units=units))
     factored = chosen_form(problem, choice)
-    if problem.relations and _has_related(problem, factored):
+    numbers = [*factored.premises.values(), *(n.expression for n in factored.numbers.values())]
+    if any(not number.free_symbols.isdisjoint(problem.relations) for number in numbers):
         # Numbers that the equations at rest give from others, as i_rest - u_rest = 0, may vanish.
         related_problem = problem.related()
         related = chosen_form(related_problem, choice)
         if _cost(related) < _cost(factored):
             return related_problem, related
     return problem, factored
-
-
-def _has_related(problem: Problem, factored: Factored) -> bool:
-    """Return whether a number that others give stands in the form."""
-    expressions = [*factored.premises.values(), *(n.expression for n in factored.numbers.values())]
-    return any(
-        not expression.free_symbols.isdisjoint(problem.relations) for expression in expressions
-    )
 
 
 def _cost(factored: Factored) -> tuple[int, int]:

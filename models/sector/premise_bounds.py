@@ -15,8 +15,13 @@ from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import NoBound
 from takagi.models.intervals.interval import Interval, Number
-from takagi.models.ranges.domain import SampledBounds, sampled_bounds
-from takagi.models.ranges.expression_range import RangeProof, expression_range, expression_value
+from takagi.models.ranges.expression_range import (
+    RangeProof,
+    SampledBounds,
+    expression_range,
+    expression_value,
+    sampled_bounds,
+)
 from takagi.models.ranges.float_value import float_value
 from takagi.models.ranges.tape import UnknownFunction
 from takagi.models.ts.premise import Premise, round_outward

@@ -179,10 +179,6 @@ def _own_input(
     """Return the input to which the term belongs; None if it vanishes with no single input.
 
     u^3 becomes u^2 times u: the coefficient may depend on inputs that have a range.
-
-    Raises
-    ------
-    ModelError : an input without a range enters nonlinearly.
     """
     linear = next((s for s in acting if not (atom / s).has(*acting)), None)
     if linear is not None:

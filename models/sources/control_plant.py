@@ -196,12 +196,7 @@ def _traced(
 def _called(
     function: Function, what: str, x: Any, u: Any, parameters: Mapping[str, Any]
 ) -> list[sp.Expr]:
-    """Return what the function gives for symbols.
-
-    Raises
-    ------
-    ModelError : it cannot be called with them, or its value depends on time.
-    """
+    """Return what the function gives for symbols."""
     time = sp.Symbol("time")
     try:
         values = np.asarray(function(Traced(time), x, u, parameters), dtype=object).ravel()

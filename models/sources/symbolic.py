@@ -122,12 +122,7 @@ def from_sympy(
 
 
 def _name(given: Any) -> str:
-    """Return the name of a symbol, a function of time or a text.
-
-    Raises
-    ------
-    ModelError : it has none, or one that takagi's files do not allow.
-    """
+    """Return the name of a symbol, a function of time or a text."""
     name = given if isinstance(given, str) else ""
     if isinstance(given, sp.Symbol):
         name = given.name

@@ -169,12 +169,7 @@ def turbine_files(
 
 
 def _least_pitch(files: Mapping[str, str], *, final: bool = False) -> float | None:
-    """Return None where the files are a turbine, else a smallest pitch [rad] with which they are.
-
-    Raises
-    ------
-    ModelError : they are none, or ``final`` and another smallest pitch is needed.
-    """
+    """Return None for the files of a turbine, else a smallest pitch [rad] that makes them one."""
     with TemporaryDirectory() as folder:
         for name, text in files.items():
             (Path(folder) / name).write_text(text, encoding="utf-8")

@@ -7,35 +7,42 @@ Written in Bernstein form on a rectangle,
 
 so min b_ij <= p <= max b_ij there, and the corner coefficients are values of p.  The map from the
 B-spline coefficients C of a cell to the b_ij of a derivative on a sub-rectangle is linear in each
-direction, b = X C Y', with rational X and Y.  X and Y are kept as integers over one denominator
-and C as integers over a power of ten, so every number here is exact: there is no rounding to
-bound, and the range over a box is the union of the ranges over the cells that the box meets.
-Their entries are values of the blossom, the polar form of a polynomial, evaluated by de Boor's
-recursion with a different argument at each level.
+direction, b = X C Y', with rational X and Y: the four basis functions of a span are polynomials,
+and the coefficients a_k of z^k on [0, 1] give the Bernstein ones, b_i = sum_k C(i, k) / C(n, k)
+a_k.  X and Y are kept as integers over one denominator and C as integers over a power of ten, so
+every number here is exact: there is no rounding to bound, and the range over a box is the union of
+the ranges over the cells that the box meets.
 
 Source: Lane and Riesenfeld (1981), "Bounds on a polynomial", BIT 21 (range from Bernstein
-coefficients); Ramshaw (1989), "Blossoms are polar forms" (conversion and restriction).
+coefficients); de Boor (1978), A Practical Guide to Splines, ch. X (the basis functions).
 """
 
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from math import lcm
-from operator import mul
+from math import comb
+from typing import Any, TypeAlias
 
 import numpy as np
+from flint import fmpq, fmpq_mat, fmpq_poly, fmpz_mat
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 
-Rows = tuple[tuple[int, ...], ...]
+Polynomials: TypeAlias = tuple[Any, ...]  # flint carries no type annotations
 DEGREE = 3
 MAX_ORDER = 2  # second derivatives are the last continuous ones
+# From coefficients of powers on [0, 1] to those of Bernstein's polynomials, by the degree.
+BERNSTEIN = [
+    fmpq_mat(
+        n + 1, n + 1, [fmpq(comb(i, k), comb(n, k)) for i in range(n + 1) for k in range(n + 1)]
+    )
+    for n in range(DEGREE + 1)
+]
 
 
 # A point given in other units lands on the edge only up to rounding: 30 deg is 3e-13 rad
@@ -48,17 +55,22 @@ EDGE = 1e-9
 class AxisMap:
     """Integer matrix over one denominator: four B-spline coefficients to Bernstein coefficients."""
 
-    rows: Rows
+    rows: Any
     denominator: int
 
 
 @dataclass(frozen=True, slots=True)
 class KnotAxis:
-    """Knots of one direction with, per non-empty span and order, the map for the whole span."""
+    """Knots of one direction with, per non-empty span and order, basis and map of the whole span.
+
+    ``basis`` : the four functions that are not 0 on the span, and their derivatives by x, as
+    polynomials in the share of the span.
+    """
 
     knots: tuple[Fraction, ...]
     spans: tuple[int, ...]
     starts: tuple[Fraction, ...]  # where each span begins
+    basis: dict[tuple[int, int], Polynomials]
     maps: dict[tuple[int, int], AxisMap]
     # The last interval for each order, and its parts: the derivatives of a surface over one
     # rectangle need the same ones.
@@ -97,118 +109,59 @@ def _parts(axis: KnotAxis, where: Interval, order: int) -> list[tuple[int, AxisM
         start, end = axis.knots[span], axis.knots[span + 1]
         low, high = max(start, where.lower), min(end, where.upper)
         if low < high or (low == high and where.width == 0):
-            span_map = axis.maps[span, order]
-            if low == start and high == end:
-                maps.append((span, span_map))
-            else:
-                maps.append(
-                    (
-                        span,
-                        _restricted(
-                            span_map, (low - start) / (end - start), (high - start) / (end - start)
-                        ),
-                    )
-                )
+            span_map, width = axis.maps[span, order], end - start
+            if low != start or high != end:
+                shares = (low - start) / width, (high - start) / width
+                span_map = _map(axis.basis[span, order], DEGREE - order, *shares)
+            maps.append((span, span_map))
             if where.width == 0:
                 break  # both neighbours of a knot agree there: orders up to 2 are continuous
     return maps
 
 
-def _restricted(span_map: AxisMap, s: Fraction, t: Fraction) -> AxisMap:
-    """Return the map for the part [s, t] of a span, 0 <= s <= t <= 1.
-
-    Row k of the restriction holds the blossom weights at (s, ..., s, t, ..., t) with k times t:
-    the coefficients of prod_r ((1 - u_r) + u_r z).  Over the common denominator of s and t they
-    are integers.
-    """
-    degree = len(span_map.rows) - 1
-    unit = lcm(s.denominator, t.denominator)
-    low, high = int(s * unit), int(t * unit)
-    rows = []
-    for k in range(degree + 1):
-        weights = [1]
-        for u in [low] * (degree - k) + [high] * k:
-            up = [0, *(u * w for w in weights)]
-            stay = [*((unit - u) * w for w in weights), 0]
-            weights = [a + b for a, b in zip(up, stay, strict=True)]
-        rows.append(tuple(weights))
-    return AxisMap(times(tuple(rows), span_map.rows), span_map.denominator * unit**degree)
+def _map(basis: Polynomials, degree: int, s: Fraction, t: Fraction) -> AxisMap:
+    """Return the map for the part [s, t] of a span, 0 <= s <= t <= 1."""
+    line = fmpq_poly([_rational(s), _rational(t - s)])
+    moved = [polynomial(line) for polynomial in basis]
+    powers = [polynomial[k] for k in range(degree + 1) for polynomial in moved]
+    rows, unit = (BERNSTEIN[degree] * fmpq_mat(degree + 1, DEGREE + 1, powers)).numer_denom()
+    return AxisMap(rows, int(unit))
 
 
-def times(first: Rows, second: Rows) -> Rows:
-    """Return the product of two integer matrices."""
-    return times_columns(first, tuple(zip(*second, strict=True)))
-
-
-def times_columns(rows: Sequence[Sequence[int]], columns: Rows) -> Rows:
-    """Return the product of two integer matrices, the second given by its columns."""
-    if len({*map(len, rows), *map(len, columns)}) > 1:
-        raise ValueError("matrices that do not fit were given to a product")
-    return tuple(tuple(sum(map(mul, row, column)) for column in columns) for row in rows)
+def _rational(number: Fraction) -> Any:
+    return fmpq(number.numerator, number.denominator)
 
 
 def axis_of(knots: tuple[Fraction, ...]) -> KnotAxis:
     """Return the axis with those full knots, its whole-span maps computed."""
     spans = tuple(i for i in range(DEGREE, len(knots) - DEGREE - 1) if knots[i] < knots[i + 1])
-    maps = {
-        (span, order): _span_map(knots, span, order)
-        for span in spans
-        for order in range(MAX_ORDER + 1)
-    }
-    return KnotAxis(knots, spans, tuple(knots[span] for span in spans), maps)
+    basis: dict[tuple[int, int], Polynomials] = {}
+    for span in spans:
+        width = _rational(knots[span + 1] - knots[span])
+        functions = _basis([_rational(knot) for knot in knots], span)
+        for order in range(MAX_ORDER + 1):
+            basis[span, order] = functions
+            functions = tuple(polynomial.derivative() / width for polynomial in functions)
+    whole = Fraction(0), Fraction(1)
+    maps = {(span, order): _map(B, DEGREE - order, *whole) for (span, order), B in basis.items()}
+    return KnotAxis(knots, spans, tuple(knots[span] for span in spans), basis, maps)
 
 
-def _span_map(knots: tuple[Fraction, ...], span: int, order: int) -> AxisMap:
-    """Return the map to the Bernstein coefficients of the order-th derivative on one span.
-
-    c_j <- q (c_j - c_{j-1}) / (t_{j+q} - t_j) lowers degree q by differentiation; the Bernstein
-    coefficients of what is left are its blossom at the span's ends.
-    """
-    vectors = {
-        span - DEGREE + k: tuple(Fraction(int(k == m)) for m in range(DEGREE + 1))
-        for k in range(DEGREE + 1)
-    }
-    for q in range(DEGREE, DEGREE - order, -1):
-        vectors = {
-            j: _combined(
-                vectors[j - 1],
-                vectors[j],
-                -q / (knots[j + q] - knots[j]),
-                q / (knots[j + q] - knots[j]),
-            )
-            for j in range(span - q + 1, span + 1)
-        }
-    degree = DEGREE - order
-    ends = knots[span], knots[span + 1]
-    rows = [
-        _blossom(knots, span, vectors, [ends[0]] * (degree - k) + [ends[1]] * k)
-        for k in range(degree + 1)
-    ]
-    unit = lcm(*(entry.denominator for row in rows for entry in row))
-    return AxisMap(tuple(tuple(int(entry * unit) for entry in row) for row in rows), unit)
-
-
-def _blossom(
-    knots: tuple[Fraction, ...],
-    span: int,
-    vectors: dict[int, tuple[Fraction, ...]],
-    arguments: list[Fraction],
-) -> tuple[Fraction, ...]:
-    """Return de Boor's recursion with a different argument at each level."""
-    degree = len(arguments)
-    current = dict(vectors)
-    for level, u in enumerate(arguments, start=1):
-        for j in range(span, span - degree + level - 1, -1):
-            low, high = knots[j], knots[j + degree - level + 1]
-            share = (u - low) / (high - low)
-            current[j] = _combined(current[j - 1], current[j], 1 - share, share)
-    return current[span]
-
-
-def _combined(
-    first: tuple[Fraction, ...], second: tuple[Fraction, ...], alpha: Fraction, beta: Fraction
-) -> tuple[Fraction, ...]:
-    return tuple(alpha * a + beta * b for a, b in zip(first, second, strict=True))
+def _basis(knots: list[Any], span: int) -> Polynomials:
+    """Return the four B-splines that are not 0 on a span, by de Boor's recursion."""
+    x = fmpq_poly([knots[span], knots[span + 1] - knots[span]])
+    N = {span: fmpq_poly([1])}
+    for q in range(1, DEGREE + 1):
+        higher = {}
+        for j in range(span - q, span + 1):
+            higher[j] = fmpq_poly([0])
+            if j in N:
+                higher[j] += N[j] * (x - knots[j]) / (knots[j + q] - knots[j])
+            if j + 1 in N:
+                end = knots[j + q + 1]
+                higher[j] += N[j + 1] * (end - x) / (end - knots[j + 1])
+        N = higher
+    return tuple(N[span - DEGREE + k] for k in range(DEGREE + 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,7 +170,7 @@ class ExactSpline:
 
     x: KnotAxis
     y: KnotAxis
-    coefficients: Rows
+    coefficients: tuple[tuple[int, ...], ...]
     scale: int
     # Hulls of whole cells: (span in x, span in y, order in x, order in y) -> hull.
     hulls: dict[tuple[int, int, int, int], Interval] = field(
@@ -226,7 +179,10 @@ class ExactSpline:
 
 
 def exact_spline(
-    x_knots: tuple[Fraction, ...], y_knots: tuple[Fraction, ...], coefficients: Rows, scale: int
+    x_knots: tuple[Fraction, ...],
+    y_knots: tuple[Fraction, ...],
+    coefficients: tuple[tuple[int, ...], ...],
+    scale: int,
 ) -> ExactSpline:
     """Return the spline with those full knot vectors and coefficients[i][j] / scale."""
     return ExactSpline(axis_of(x_knots), axis_of(y_knots), coefficients, scale)
@@ -252,14 +208,6 @@ def exact_bounds(
     return Interval(min(h.lower for h in hulls), max(h.upper for h in hulls))
 
 
-def exact_value(
-    spline: ExactSpline, x: Fraction, y: Fraction, dx: int = 0, dy: int = 0
-) -> Fraction:
-    """Return the value of a partial derivative at one point, exactly."""
-    point = exact_bounds(spline, Interval(x, x), Interval(y, y), dx, dy)
-    return point.lower
-
-
 def _hulls(spline: ExactSpline, x: Interval, y: Interval, dx: int, dy: int) -> list[Interval]:
     """Return the hull of each cell that the rectangle meets; those of whole cells are made once."""
     columns = pieces(spline.y, y, dy)
@@ -282,13 +230,12 @@ def _hull(
     spline: ExactSpline, x_span: int, x_map: AxisMap, y_span: int, y_map: AxisMap
 ) -> Interval:
     """Return [min, max] of the Bernstein coefficients X C Y' of a cell, or a mapped part of it."""
-    local = tuple(
-        row[y_span - DEGREE : y_span + 1]
-        for row in spline.coefficients[x_span - DEGREE : x_span + 1]
-    )
-    rows = times_columns(times(x_map.rows, local), y_map.rows)
+    rows = spline.coefficients[x_span - DEGREE : x_span + 1]
+    local = [entry for row in rows for entry in row[y_span - DEGREE : y_span + 1]]
+    C = fmpz_mat(DEGREE + 1, DEGREE + 1, local)
+    values = (x_map.rows * C * y_map.rows.transpose()).entries()
     unit = x_map.denominator * y_map.denominator * spline.scale
-    return Interval(Fraction(min(map(min, rows)), unit), Fraction(max(map(max, rows)), unit))
+    return Interval(Fraction(int(min(values)), unit), Fraction(int(max(values)), unit))
 
 
 def points_inside(

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, frozen
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
 from takagi.models.splines.exact_spline import (
@@ -33,7 +33,6 @@ from takagi.models.splines.exact_spline import (
     ExactSpline,
     exact_bounds,
     exact_spline,
-    exact_value,
     points_inside,
     require_inside,
 )
@@ -74,20 +73,16 @@ class Curve:
         from scipy.interpolate import BSpline
 
         for name in ("knots", "coefficients"):
-            array = np.array(getattr(self, name), dtype=np.float64)
+            array = frozen(self, name)
             if array.ndim != 1 or not np.all(np.isfinite(array)):
                 raise ModelError(f"{self.name}: {name} must be a row of finite numbers")
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
         coefficient_count = len(self.knots) - DEGREE - 1
         if coefficient_count < DEGREE + 1 or len(self.coefficients) != coefficient_count:
             raise ModelError(
                 f"{self.name}: {len(self.coefficients)} coefficients for {len(self.knots)} knots; "
                 f"{max(coefficient_count, DEGREE + 1)} are needed, at least {DEGREE + 1}"
             )
-        steps = np.diff(self.knots)
-        if np.any(steps < 0) or not np.all(steps[DEGREE : len(steps) - DEGREE] > 0):
-            raise ModelError(f"{self.name}: knots must increase, inner knots strictly")
+        _check_knots(self.name, "knots", self.knots)
         object.__setattr__(self, "_spline", BSpline(self.knots, self.coefficients, DEGREE))
 
     @property
@@ -117,8 +112,7 @@ class Curve:
         ------
         ModelError : order out of range, or x leaves the table.
         """
-        _check_order(self.name, dx)
-        spline = _exact_curve(self)
+        spline = _exact(self)
         require_inside(self.name, self.x_name, x, spline.x)
         return exact_bounds(spline, x, ORIGIN, dx, 0)
 
@@ -147,14 +141,7 @@ def interpolate_curve(
 
     points = np.asarray(x, dtype=np.float64)
     table = np.asarray(values, dtype=np.float64)
-    if points.ndim != 1 or points.shape != table.shape:
-        raise ModelError(f"{name}: {table.shape} values for {points.shape} points; one each")
-    if len(points) < DEGREE + 1:
-        raise ModelError(f"{name}: {len(points)} points in {x_name}; a cubic needs at least 4")
-    if not (np.all(np.isfinite(points)) and np.all(np.diff(points) > 0)):
-        raise ModelError(f"{name}: {x_name} must be finite and strictly increasing")
-    if not np.all(np.isfinite(table)):
-        raise ModelError(f"{name}: every value must be a finite number")
+    _check_table(name, [points], table, (x_name,))
     spline = make_interp_spline(points, table, k=DEGREE)
     return Curve(
         np.asarray(spline.t), _rounded_to_digits(np.asarray(spline.c)), name=name, x_name=x_name
@@ -169,18 +156,30 @@ def _rounded_to_digits(coefficients: Floats) -> Floats:
     return np.array([round(float(c), decimals) + 0.0 for c in coefficients])
 
 
-def _check_order(name: str, order: int) -> None:
-    if order not in range(MAX_ORDER + 1):
-        raise ModelError(f"{name}: derivative {order} asked; orders are 0, 1 or 2")
+def _check_order(name: str, *orders: int) -> None:
+    if not set(orders) <= set(range(MAX_ORDER + 1)):
+        asked = ", ".join(map(str, orders))
+        raise ModelError(f"{name}: derivative {asked} asked; orders are 0, 1 or 2")
+
+
+def _check_knots(name: str, member: str, knots: Floats) -> None:
+    steps = np.diff(knots)
+    if np.any(steps < 0) or not np.all(steps[DEGREE : len(steps) - DEGREE] > 0):
+        raise ModelError(f"{name}: {member} must increase, inner knots strictly")
 
 
 @lru_cache(maxsize=64)
-def _exact_curve(curve: Curve) -> ExactSpline:
-    """Return the curve in rational numbers; built once, then kept (curves are immutable)."""
-    values = [exact(entry) for entry in curve.coefficients.tolist()]
-    scale = lcm(*(value.denominator for value in values))
-    rows = tuple((int(value * scale),) * (DEGREE + 1) for value in values)
-    return exact_spline(tuple(exact(k) for k in curve.knots.tolist()), FLAT_KNOTS, rows, scale)
+def _exact(table: Curve | Surface) -> ExactSpline:
+    """Return the table in rational numbers; built once, then kept (tables are immutable)."""
+    if isinstance(table, Curve):
+        knots = (tuple(map(exact, table.knots.tolist())), FLAT_KNOTS)
+        coefficients = [[c] * (DEGREE + 1) for c in table.coefficients.tolist()]
+    else:
+        knots = tuple(map(exact, table.x_knots.tolist())), tuple(map(exact, table.y_knots.tolist()))
+        coefficients = table.coefficients.tolist()
+    values = [[exact(entry) for entry in row] for row in coefficients]
+    scale = lcm(*(value.denominator for row in values for value in row))
+    return exact_spline(*knots, tuple(tuple(int(v * scale) for v in row) for row in values), scale)
 
 
 DECIMALS = 12
@@ -213,14 +212,12 @@ class Surface:
         from scipy.interpolate import NdBSpline
 
         for name in ("x_knots", "y_knots", "coefficients"):
-            array = np.array(getattr(self, name), dtype=np.float64)
+            array = frozen(self, name)
             if not np.all(np.isfinite(array)) or np.any(np.round(array, DECIMALS) != array):
                 raise ModelError(
                     f"{self.name}: {name} must be finite decimals with at most {DECIMALS} places; "
                     "round them before building the surface"
                 )
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
         self._check_sizes()
         spline = NdBSpline((self.x_knots, self.y_knots), self.coefficients, DEGREE)
         object.__setattr__(self, "_spline", spline)
@@ -233,9 +230,7 @@ class Surface:
                 f"ask for {expected} (at least 4 in each direction)"
             )
         for name, knots in (("x_knots", self.x_knots), ("y_knots", self.y_knots)):
-            simple = np.all(np.diff(knots[DEGREE : len(knots) - DEGREE]) > 0)
-            if np.any(np.diff(knots) < 0) or not simple:
-                raise ModelError(f"{self.name}: {name} must increase, inner knots strictly")
+            _check_knots(self.name, name, knots)
 
     @property
     def x_range(self) -> tuple[float, float]:
@@ -263,8 +258,7 @@ class Surface:
         ------
         ModelError : order out of range, a NaN, or a point outside the table with clip=False.
         """
-        if dx not in range(MAX_ORDER + 1) or dy not in range(MAX_ORDER + 1):
-            raise ModelError(f"{self.name}: derivative ({dx}, {dy}) asked; orders are 0, 1 or 2")
+        _check_order(self.name, dx, dy)
         inside_x = points_inside(self.name, self.x_name, x, self.x_range, clip)
         inside_y = points_inside(self.name, self.y_name, y, self.y_range, clip)
         if inside_x.shape != inside_y.shape:
@@ -284,14 +278,14 @@ class Surface:
         ------
         ModelError : order out of range, or the rectangle leaves the table.
         """
-        spline = _exact_surface(self)
+        spline = _exact(self)
         require_inside(self.name, self.x_name, x, spline.x)
         require_inside(self.name, self.y_name, y, spline.y)
         return exact_bounds(spline, x, y, dx, dy)
 
     def exact(self, x: Number, y: Number, dx: int = 0, dy: int = 0) -> Fraction:
         """Return a partial derivative at one rational point, exactly."""
-        return exact_value(_exact_surface(self), exact(x), exact(y), dx, dy)
+        return self.bounds(Interval.of(x), Interval.of(y), dx, dy).lower
 
 
 def interpolate(
@@ -328,33 +322,24 @@ def _rounded_to_decimals(values: ArrayLike) -> Floats:
     return np.asarray(np.round(np.asarray(values, dtype=np.float64), DECIMALS), dtype=np.float64)
 
 
-def _check_table(name: str, points: list[Floats], table: Floats, axes: tuple[str, str]) -> None:
+def _check_table(name: str, points: list[Floats], table: Floats, axes: tuple[str, ...]) -> None:
     expected = tuple(len(axis) for axis in points)
     if table.shape != expected:
-        raise ModelError(f"{name}: the table has shape {table.shape}, its axes ask for {expected}")
+        raise ModelError(
+            f"{name}: the table has shape {table.shape}, its axes ask for {expected}, one each"
+        )
     for axis, axis_name in zip(points, axes, strict=True):
         if len(axis) < DEGREE + 1:
             raise ModelError(f"{name}: {len(axis)} points in {axis_name}; a cubic needs at least 4")
         if not np.all(np.isfinite(axis)) or np.any(np.diff(axis) <= 0):
             raise ModelError(f"{name}: {axis_name} must be finite and strictly increasing")
     if not np.all(np.isfinite(table)):
-        i, j = np.argwhere(~np.isfinite(table))[0]
+        place = tuple(np.argwhere(~np.isfinite(table))[0])
+        named = zip(axes, points, place, strict=True)
+        at = ", ".join(f"{axis} = {values[i]:.9g}" for axis, values, i in named)
         raise ModelError(
-            f"{name}: the value at {axes[0]} = {points[0][i]:.9g}, {axes[1]} = {points[1][j]:.9g} "
-            f"is {table[i, j]}; every cell needs a finite number"
+            f"{name}: the value at {at} is {table[place]}; every cell needs a finite number"
         )
-
-
-@lru_cache(maxsize=16)
-def _exact_surface(surface: Surface) -> ExactSpline:
-    """Return the surface in rational numbers; built once, then kept (surfaces are immutable)."""
-    scale = 10**DECIMALS
-    coefficients = tuple(
-        tuple(int(exact(entry) * scale) for entry in row) for row in surface.coefficients.tolist()
-    )
-    x_knots = tuple(exact(knot) for knot in surface.x_knots.tolist())
-    y_knots = tuple(exact(knot) for knot in surface.y_knots.tolist())
-    return exact_spline(x_knots, y_knots, coefficients, scale)
 
 
 ScalarSurface = Callable[[float, float], float]

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from takagi.models.equations.equations import Factored
     from takagi.models.equations.problem import Problem
     from takagi.models.plant.plant import Plant
-    from takagi.models.ranges.domain import Domain
+    from takagi.models.ranges.expression_range import Domain
 
 
 @dataclass(frozen=True, slots=True, eq=False)

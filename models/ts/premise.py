@@ -16,8 +16,7 @@ from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
 
 if TYPE_CHECKING:
-    from takagi.models.ranges.domain import Domain
-    from takagi.models.ranges.expression_range import RangeProof
+    from takagi.models.ranges.expression_range import Domain, RangeProof
 
 # A premise computed in floats may leave its exact range by rounding alone: this part of the
 # width (or of the size, for narrow ranges) is moved back to the end, more than that is refused.

@@ -105,12 +105,7 @@ def hold(angle: Interval, limits: tuple[float, float]) -> Interval:
 def _arguments(
     turbine: Turbine, rotor_speed: Interval, pitch: Interval, wind: Interval
 ) -> tuple[Interval, Interval, Interval]:
-    """Return lambda, beta (rounding kept inside the table) and S.
-
-    Raises
-    ------
-    ModelError : they are not in the table; says which entries it lacks, and at which wind.
-    """
+    """Return lambda, beta (rounding kept inside the table) and S."""
     radius = exact(turbine.rotor_radius)
     ratio = (rotor_speed * radius / wind).outward(ARGUMENT_DECIMALS)
     low, high = (exact(end) for end in turbine.torque.y_range)

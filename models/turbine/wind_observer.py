@@ -42,10 +42,10 @@ from takagi.models.turbine.operating_band import (
     operating_band,
     slope_range,
 )
-from takagi.models.turbine.region_models import lowest_wind
-from takagi.models.turbine.regional_model import (
+from takagi.models.turbine.region_models import (
     KINDS,
     RegionalPlant,
+    lowest_wind,
     proved_premise,
     region_model,
     torque_secant,

@@ -8,14 +8,37 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.turbine.result import TurbineDesign
+from takagi.models.laws.protocol import law_words
+from takagi.reports.appendix.plant_context import latex_context
+from takagi.reports.appendix.tex import assembled, certificate_context
+from takagi.reports.appendix.turbine import (
+    conditions,
+    drawn_figures,
+    law_context,
+    margins_context,
+    plant_context,
+    region_context,
+    shown_runs,
+)
+from takagi.reports.figures.loops import responses_figure
+from takagi.reports.figures.plant.captioned import (
+    AROUND,
+    bode_drawings,
+    premise_curves,
+    weights_figure,
+)
+from takagi.reports.figures.plant.proved_set import phase_figure, planes
 from takagi.reports.loops.plant_local import PlantLocalLoop, local_loops
 from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
+from takagi.reports.loops.plant_motion import around, motions, starts
+from takagi.reports.sections.turbine.running import response_words
+from takagi.reports.simulation.plant import jump_motions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from takagi.certificates.design.plant.result import PlantDesign
 
 Tell = Callable[[str], None]
 
@@ -31,19 +54,6 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
     ----------
     tell : called with a word before each step.
     """
-    from takagi.models.laws.protocol import law_words
-    from takagi.reports.appendix.tex import assembled, certificate_context
-    from takagi.reports.appendix.turbine import (
-        conditions,
-        drawn_figures,
-        law_context,
-        margins_context,
-        plant_context,
-        region_context,
-        shown_runs,
-    )
-    from takagi.reports.sections.turbine.running import response_words
-
     say = tell or (lambda _: None)
     say("margins")
     margins = margins_context(design)
@@ -82,9 +92,6 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
     ------
     ModelError : gains that do not fit the model.
     """
-    from takagi.reports.appendix.plant_context import latex_context
-    from takagi.reports.appendix.tex import assembled
-
     say = tell or (lambda _: None)
     loop = plant_loop(design)
     say("margins")
@@ -98,17 +105,6 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
 def _figures(
     design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]
 ) -> dict[str, Figure]:
-    from takagi.reports.figures.loops import responses_figure
-    from takagi.reports.figures.plant.captioned import (
-        AROUND,
-        bode_drawings,
-        premise_curves,
-        weights_figure,
-    )
-    from takagi.reports.figures.plant.proved_set import phase_figure, planes
-    from takagi.reports.loops.plant_motion import around, motions, starts
-    from takagi.reports.simulation.plant import jump_motions
-
     responses = motions(loop, starts(loop))
     figures = {"responses": responses_figure(loop, responses)}
     # V is a function of deviations from the rest before the jump.

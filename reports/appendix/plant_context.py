@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.models.plant.plant import Plant, Variable
+from takagi.models.ts.model import TSModel
+from takagi.models.ts.premise import Premise
 from takagi.reports.appendix.tex import (
     NONE,
     Tex,
@@ -23,16 +27,10 @@ from takagi.reports.appendix.tex import (
 )
 from takagi.reports.appendix.turbine import posed_design, vertex_lines
 from takagi.reports.loops.plant_local import PlantLocalLoop
+from takagi.reports.loops.plant_loop import PlantLoop
 from takagi.reports.page.mathml import readable, shortens
 from takagi.reports.page.text import at_most, name_of
 from takagi.reports.sections.plant.gains import equations_latex, gain_columns, kinds
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.plant.plant import Plant, Variable
-    from takagi.models.ts.model import TSModel
-    from takagi.models.ts.premise import Premise
-    from takagi.reports.loops.plant_loop import PlantLoop
 
 # A table of gains with more columns does not fit the page: each rule then gets a matrix.
 MOST_COLUMNS = 9

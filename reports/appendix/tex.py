@@ -19,6 +19,8 @@ from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import exact
+from takagi.models.laws.protocol import law_words
+from takagi.reports.figures.style import figure_to_pdf
 from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 from takagi.reports.page.text import at_least, at_most_to
 
@@ -220,8 +222,6 @@ def assembled(
         and whether there is a table of contents.
     drawn : name -> figure.
     """
-    from takagi.reports.figures.style import figure_to_pdf
-
     figures = {f"{name}.pdf": figure_to_pdf(figure) for name, figure in drawn.items()}
     full_context = {**context, "figures": sorted(figures)}
     files: dict[str, bytes | str] = {
@@ -234,8 +234,6 @@ def assembled(
 
 def checked_context(document: Mapping[str, Any], checked: Checked) -> dict[str, Any]:
     """Return the checker's verdict, and the certificate's hashes, versions and configuration."""
-    from takagi.models.laws.protocol import law_words
-
     provenance = document.get("provenance", {})
     hashes = {
         **{f"file {name}": value for name, value in provenance.get("files_sha256", {}).items()},
@@ -348,21 +346,16 @@ def _actuators_table(claim: Mapping[str, Any], loop: Mapping[str, Any]) -> dict[
     return {"kind": claim["kind"], "order": claim["order"], "rows": rows}
 
 
-def _power(uncertainty: Mapping[str, Any]) -> Tex | None:
-    """Return the interval of the true c_P relative to the table; None if it is only 1."""
-    low, high = uncertainty.get("power_coefficient", (1, 1))
-    return interval([low, high]) if low < high else None
-
-
 def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
     """Return the numbers of theorem and tables, read from the claim that is checked."""
     cells: Sequence[Mapping[str, Any]] = claim["cells"]
     law, rated = design.effort_sharing_law, design.turbine.rated_rotor_speed
     assert law is not None  # the claim is about it
+    low, high = claim["uncertainty"].get("power_coefficient", (1, 1))
     fastest = float(max(law.schedule.rotor_speed)) + claim["peaks"]["speed_error"]
     return {
         "claim": claim,
-        "power": _power(claim["uncertainty"]),
+        "power": interval([low, high]) if low < high else None,
         "peaks": [Tex(f"{_PEAKS[name]} {decimal(v)}") for name, v in
                   claim["peaks"].items()],
         "inertia_gain": range_text((cell["inertia_gain"] for cell in cells), 7),

@@ -10,12 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
+from takagi.certificates.claims.turbine.cell_loop import EffortSharingCandidate
 from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
+from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid_condition
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.typeset import formula_lines, plain_label
+from takagi.lmi.gains.cost.regulator import guaranteed_cost_condition
+from takagi.lmi.gains.observer import observer_condition
+from takagi.lmi.turbine.effort import EffortSettings
 from takagi.lmi.turbine.regional import RegionGains
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw, loop_vertices
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
@@ -32,7 +36,6 @@ from takagi.reports.appendix.tex import (
     with_decimals,
 )
 from takagi.reports.figures.operation import power_surface_figure, trim_figure
-from takagi.reports.margins.margins import Margins
 from takagi.reports.margins.running_over_wind import SearchedMargins, wind_ranges
 from takagi.reports.output import read_words
 from takagi.reports.sections.turbine.model import (
@@ -43,13 +46,12 @@ from takagi.reports.sections.turbine.model import (
     trim_curve,
 )
 from takagi.reports.sections.turbine.running import margins_drawing, response_drawing
-from takagi.reports.simulation.measured_loop import measured_loop
+from takagi.reports.simulation.measured_loop import DesignRun, measured_loop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from takagi.lmi import Design
-    from takagi.reports.simulation.measured_loop import DesignRun
 
 DEGREES = 180 / np.pi
 _WORDS = read_words("appendix/words.toml")
@@ -168,17 +170,16 @@ def _margin_row(searched: SearchedMargins, wind: float, loop: str) -> list[Tex] 
     plants = [dict(row.loops).get(loop) for row in searched.rows if row.wind == wind]
     if plants[0] is None:
         return None
-    every = [_four(m) for m in plants if m is not None]
+    every = [
+        (20 * np.log10(m.gain_increase), m.phase * DEGREES, m.delay, m.disk.alpha)
+        for m in plants
+        if m is not None
+    ]
     cells = []
     for column, digits in zip(zip(*every, strict=True), (1, 1, 3, 2), strict=True):
         first, minimum = (with_decimals(value, digits) for value in (column[0], min(column)))
         cells.append(Tex(f"{first} ({minimum})"))
     return [decimal(wind), escape(loop), *cells]
-
-
-def _four(m: Margins) -> tuple[float, float, float, float]:
-    gain = 20 * np.log10(m.gain_increase) if m.gain_increase > 0 else 0.0
-    return float(gain), m.phase * DEGREES, m.delay, m.disk.alpha
 
 
 # The runs of the report that the appendix shows.
@@ -327,8 +328,6 @@ def conditions(design: TurbineDesign) -> Iterator[dict[str, object]]:
 
 
 def _observer_problem(design: TurbineDesign) -> Condition:
-    from takagi.lmi.gains.observer import observer_condition
-
     return observer_condition(
         design.observer.model, decay_rate=design.observer.decay_rate, relaxation="common-gain"
     )
@@ -336,9 +335,6 @@ def _observer_problem(design: TurbineDesign) -> Condition:
 
 def _effort(design: TurbineDesign) -> Condition:
     """Return the guaranteed-cost condition of the first wind node; all nodes share its form."""
-    from takagi.lmi.gains.cost.regulator import guaranteed_cost_condition
-    from takagi.lmi.turbine.effort import EffortSettings
-
     if design.effort is None:
         raise ValueError("a design without effort gains has no guaranteed-cost condition")
     settings = design.settings.effort or EffortSettings()
@@ -350,9 +346,6 @@ def _effort(design: TurbineDesign) -> Condition:
 
 def _invariance(candidate: EffortSharingCandidate) -> Condition:
     """Return the invariance condition over all corners, at the claim's winds and multipliers."""
-    from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid_condition
-    from takagi.models.laws.effort_sharing.law import loop_vertices
-
     corners = [loop_vertices(cell) for cell in candidate.cells]
     d = [
         v.fixed + candidate.wind_error[k] * v.per_wind_error
@@ -368,6 +361,7 @@ def _invariance(candidate: EffortSharingCandidate) -> Condition:
     )
 
 
+_POWER = re.compile(r"(\d)e([+-]\d+)")
 _RELAXATIONS = {"wang-tanaka-griffin": "all pairs", "common-gain": "one gain for all rules"}
 
 
@@ -398,12 +392,14 @@ def posed(
         "source": condition.source,
         "numbers": list(numbers),
         "remark": Tex(remark or f"Here {'; '.join(explanations)}."),
-        "lines": [(escape(plain_label(label)), _powers(formula)) for label, formula in lines],
+        "lines": [
+            (
+                escape(plain_label(label)),
+                Tex(_POWER.sub(lambda m: rf"{m[1]} \cdot 10^{{{int(m[2])}}}", formula)),
+            )
+            for label, formula in lines
+        ],
     }
-
-
-def _powers(formula: str) -> Tex:
-    return Tex(re.sub(r"(\d)e([+-]\d+)", lambda m: rf"{m[1]} \cdot 10^{{{int(m[2])}}}", formula))
 
 
 def posed_design(title: str, design: Design | None, *, dual: bool = False) -> list[dict[str, Any]]:

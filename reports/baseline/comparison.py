@@ -136,7 +136,9 @@ def _place(path: tuple[str | int, ...], owner: Any) -> str:
         case ("equations", int(k)) if isinstance(owner, Mapping):
             return f"equation of {_entry(owner.get('states'), k)}"
         case (str(table), int(k)) if isinstance(owner, Mapping) and "wind" in owner:
-            return f"{table} at wind {_wind(owner['wind'], k)} m/s"
+            winds = owner["wind"]
+            inside = isinstance(winds, list) and -1 < k < len(winds)
+            return f"{table} at wind {in_words(winds[k]) if inside else k + 1} m/s"
     words = []
     for key in path:
         inner = _entry(owner, key) if isinstance(key, int) else ascii(key)[1:-1]
@@ -157,10 +159,6 @@ def _entry(listed: Any, k: int) -> str:
         entry = entry.get("name")
     named = isinstance(entry, str) and not isinstance(entry, FileNumber)
     return ascii(entry)[1:-1] if named else str(k + 1)
-
-
-def _wind(winds: Any, k: int) -> str:
-    return in_words(winds[k]) if isinstance(winds, list) and -1 < k < len(winds) else str(k + 1)
 
 
 Data = Mapping[str, Any]
@@ -400,14 +398,13 @@ def _box_figures(model: Data) -> Iterator[Figure]:
             yield Figure(f"{name}, lower end", unit, None, larger=False)
             yield Figure(f"{name}, upper end", unit, None)
             continue
-        low, high = (_end(end, name) for end in side)
+        # A text such as "5/6" stands where no decimal is exact.
+        low, high = (
+            Fraction(end) if isinstance(end, str) else number({"range": end}, "range", name)
+            for end in side
+        )
         yield Figure(f"{name}, lower end", unit, low, larger=False, span=high - low)
         yield Figure(f"{name}, upper end", unit, high, span=high - low)
-
-
-def _end(end: Any, name: str) -> Fraction:
-    """Return an end of a range: a number, or a text such as "5/6" where no decimal is exact."""
-    return Fraction(end) if isinstance(end, str) else number({"range": end}, "range", name)
 
 
 def _box_moved(old: Data, new: Data, tolerance: Fraction) -> Iterator[Moved]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -17,6 +17,7 @@ from takagi.reports.baseline.comparison import (
 )
 from takagi.reports.ci_formats import markdown_cell
 from takagi.reports.output import read_words
+from takagi.reports.page.text import Section
 
 # Relative change of a figure that rounding on another processor may cause.
 ROUNDING = 1e-3
@@ -46,13 +47,10 @@ def verdict(rows: Sequence[Moved], gains: Iterable[GainSize]) -> str:
     judged = [(row.change > 0, word_of(row)) for row in rows if abs(float(row.change)) > ROUNDING]
     good = list(dict.fromkeys(word for better, word in judged if better))
     bad = list(dict.fromkeys(word for better, word in judged if not better))
-    if good and bad:
-        phrase = f"partly better ({', '.join(good)}), partly worse ({', '.join(bad)})"
-    elif good:
-        phrase = f"better ({', '.join(good)})"
-    elif bad:
-        phrase = f"worse ({', '.join(bad)})"
-    else:
+    partly = "partly " if good and bad else ""
+    sides = (("better", good), ("worse", bad))
+    phrase = ", ".join(f"{partly}{side} ({', '.join(words)})" for side, words in sides if words)
+    if not phrase:
         phrase = "no figure changed"
         phrase += f" by more than {100 * ROUNDING:g} %" if any(row.change for row in rows) else ""
     sizes = gain_words(gains)
@@ -72,12 +70,22 @@ def gain_words(gains: Iterable[GainSize]) -> str:
     return f"gains from {low:.3g} to {high:.3g} times the old ones"
 
 
-def summary_lines(compared: CertificateComparison) -> list[str]:
-    """Return a line for each row of the summary that differs."""
-    return [
-        f"{change.name}: {change.old or 'nothing'} -> {change.new or 'nothing'}"
-        for change in compared.summary
+def listed(compared: CertificateComparison) -> dict[str, list[str]]:
+    """Return kind -> lines of what the table of figures does not show."""
+    summary = [f"{c.name}: {c.old or 'nothing'} -> {c.new or 'nothing'}" for c in compared.summary]
+    gains = [
+        f"{gain.name}: {'larger' if gain.new > gain.old else 'smaller'}, at most {gain.old:.6g} "
+        f"before and {gain.new:.6g} now"
+        for gain in compared.gains
+        if gain.old != gain.new
     ]
+    return {
+        "lost": [f"{name}: {why}" for name, why in compared.lost.items()],
+        "new": list(compared.added),
+        "gains": gains,
+        "summary": summary,
+        "changed": listed_changes(compared.changed),
+    }
 
 
 _LARGEST = 10**300
@@ -97,15 +105,15 @@ def as_text(compared: CertificateComparison, *, source: str) -> str:
         "  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
-    lines += [f"  lost    {name}: {why}" for name, why in compared.lost.items()]
-    lines += [f"  new     {name}" for name in compared.added]
-    lines += [f"  gains   {gain}" for gain in gain_lines(compared)]
+    lists = listed(compared)
+    for kind in ("lost", "new", "gains"):
+        lines += [f"  {kind:<8}{line}" for line in lists[kind]]
     same = len(compared.moved) - len(rows)
     if same:
         lines.append(f"  {same} figure{'s are' if same > 1 else ' is'} the same")
-    lines += [f"  {line}" for line in summary_lines(compared)]
-    if compared.changed:
-        lines += ["What changed", *(f"  {line}" for line in listed_changes(compared.changed))]
+    lines += [f"  {line}" for line in lists["summary"]]
+    if lists["changed"]:
+        lines += ["What changed", *(f"  {line}" for line in lists["changed"])]
     return "\n".join(lines)
 
 
@@ -120,11 +128,9 @@ def as_markdown(compared: CertificateComparison, *, source: str) -> str:
         ]
         lines += ["| " + " | ".join(map(markdown_cell, row)) + " |" for row in rows]
         lines.append("")
-    lines += [f"- lost: {markdown_cell(f'{name}: {why}')}" for name, why in compared.lost.items()]
-    lines += [f"- new: {markdown_cell(name)}" for name in compared.added]
-    lines += [f"- gains: {markdown_cell(gain)}" for gain in gain_lines(compared)]
-    lines += [f"- {markdown_cell(line)}" for line in summary_lines(compared)]
-    lines += [f"- changed: {markdown_cell(line)}" for line in listed_changes(compared.changed)]
+    for kind, texts in listed(compared).items():
+        head = "" if kind == "summary" else f"{kind}: "
+        lines += [f"- {head}{markdown_cell(text)}" for text in texts]
     return "\n".join(lines).rstrip() + "\n"
 
 
@@ -158,27 +164,17 @@ def as_data(compared: CertificateComparison) -> dict[str, Any]:
 
 def _head(compared: CertificateComparison, source: str) -> str:
     """Return the first line: what failed, and what got better or worse on the whole."""
-    allowed = f"by more than {float(100 * compared.tolerance):g} %"
     overall = verdict(compared.moved, compared.gains)
-    if compared.passes:
-        return f"Against {source}: nothing got worse {allowed}; {overall}"
-    return f"Against {source}: {', '.join(failures(compared))}; {overall}"
+    why = ", ".join(failures(compared)) or f"nothing got worse by more than {_percent(compared)}"
+    return f"Against {source}: {why}; {overall}"
 
 
 def failures(compared: CertificateComparison) -> list[str]:
     """Return why a comparison does not pass, a phrase each; [] where it passes."""
     worse, lost = sum(row.worse for row in compared.moved), len(compared.lost)
-    allowed = f"by more than {float(100 * compared.tolerance):g} %"
-    phrases = [f"{_counted(worse, 'figure')} got worse {allowed}"] if worse else []
+    allowed = _percent(compared)
+    phrases = [f"{_counted(worse, 'figure')} got worse by more than {allowed}"] if worse else []
     return [*phrases, *([f"{_counted(lost, 'claim')} lost"] if lost else [])]
-
-
-def gain_lines(compared: CertificateComparison) -> Iterator[str]:
-    """Yield the gains whose largest size over the rules has changed, and how."""
-    for gain in compared.gains:
-        if gain.old != gain.new:
-            went = "larger" if gain.new > gain.old else "smaller"
-            yield f"{gain.name}: {went}, at most {gain.old:.6g} before and {gain.new:.6g} now"
 
 
 def _counted(count: int, noun: str) -> str:
@@ -227,8 +223,7 @@ def _plain(value: Fraction | float) -> float | None:
     return float(value) if -_LARGEST < value < _LARGEST else None
 
 
-@dataclass(frozen=True, slots=True)
-class ComparedDesign:
+class ComparedDesign(NamedTuple):
     """A design of the page.
 
     Attributes
@@ -265,14 +260,20 @@ def as_html(designs: Sequence[ComparedDesign], *, name: str) -> str:
     """
     # Imported here: only a page needs the templates.
     from takagi.reports.page.assembly import report_files
-    from takagi.reports.page.text import Section
 
     rows, same = _table(designs)
     content = {
         "designs": [_card(design) for design in designs],
         "rows": rows,
         "same": same,
-        "details": [(d.place, _lists(d.comparison)) for d in designs if d.comparison],
+        "details": [
+            (
+                d.place,
+                [(LISTS[kind], lines) for kind, lines in listed(d.comparison).items() if lines],
+            )
+            for d in designs
+            if d.comparison
+        ],
     }
     return report_files(
         "plant",
@@ -293,13 +294,10 @@ def _card(design: ComparedDesign) -> dict[str, Any]:
         return {**card, "result": "base", "kind": "", "head": "The others are compared with it."}
     overall = verdict(compared.moved, compared.gains)
     if compared.passes:
-        result, head = (
-            "not worse",
-            f"No figure got worse by more than {_percent(compared)}; {overall}.",
-        )
-    else:
-        result, head = "worse", f"{', '.join(failures(compared))}; {overall}."
-    return {**card, "result": result, "kind": "good" if compared.passes else "bad", "head": head}
+        head = f"No figure got worse by more than {_percent(compared)}; {overall}."
+        return {**card, "result": "not worse", "kind": "good", "head": head}
+    head = f"{', '.join(failures(compared))}; {overall}."
+    return {**card, "result": "worse", "kind": "bad", "head": head}
 
 
 def _percent(compared: CertificateComparison) -> str:
@@ -352,13 +350,10 @@ def _cell(row: Moved | None, claim: str, allowed: str) -> _Cell:
     return _Cell(f"{old} to {new}, {row.place}" if row.place else new, means, kind)
 
 
-def _lists(compared: CertificateComparison) -> list[tuple[str, list[str]]]:
-    """Return (title, lines) of what the table of figures does not show."""
-    lists = (
-        ("Lost claims", [f"{claim}: {why}" for claim, why in compared.lost.items()]),
-        ("New claims", list(compared.added)),
-        ("Gains", list(gain_lines(compared))),
-        ("Summary", summary_lines(compared)),
-        ("Parameters, gains and options that differ", listed_changes(compared.changed)),
-    )
-    return [(title, lines) for title, lines in lists if lines]
+LISTS = {
+    "lost": "Lost claims",
+    "new": "New claims",
+    "gains": "Gains",
+    "summary": "Summary",
+    "changed": "Parameters, gains and options that differ",
+}

@@ -12,7 +12,7 @@ is computed there.
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from itertools import pairwise
@@ -87,7 +87,10 @@ def require_nodes(program: ControllerProgram, precision: str) -> None:
     ModelError : names the row of the file.
     """
     rows = {constant.name: constant for constant in program.constants}
-    for name in dict.fromkeys(_nodes(program)):
+    calls = [call for formula in program.formulas() for call in calls_of(formula)]
+    nodes = [call.arguments[1] for call in calls if call.function in BETWEEN_NODES]
+    names = (node.name for node in nodes if isinstance(node, Name) and node.name in rows)
+    for name in dict.fromkeys(names):
         values = [_rounded(value, BITS[precision]) for value in floats(rows[name].value)]
         for k, (low, high) in enumerate(pairwise(values)):
             if high <= low:
@@ -102,17 +105,6 @@ def _rounded(value: float, bits: int) -> float:
     """Return the nearest number with so many binary digits."""
     share, power = frexp(value)
     return ldexp(round(ldexp(share, bits)), power - bits)
-
-
-def _nodes(program: ControllerProgram) -> Iterator[str]:
-    """Yield the names of constants that are nodes."""
-    constant_names = {constant.name for constant in program.constants}
-    for formula in program.formulas():
-        for call in calls_of(formula):
-            if call.function in BETWEEN_NODES and len(call.arguments) > 1:
-                row = call.arguments[1]
-                if isinstance(row, Name) and row.name in constant_names:
-                    yield row.name
 
 
 def read_controller(path: Path, *, without: Collection[str] = ()) -> ControllerProgram:
@@ -248,44 +240,28 @@ class _Reading:
             self.constants[stage_names[name]] = Constant(
                 stage_names[name], entry["unit"], entry["value"], value
             )
-        states = tuple(
+
+        def formula(text: str) -> Formula:
+            return renamed(parsed(text, self.tables), stage_names)
+
+        def assignment(entry: Any, name: str) -> Assignment:
+            nears = tuple(
+                Near(formula(near["of"]), near["within"], formula(near["formula"]))
+                for near in entry.get("near", ())
+            )
+            text = formula(entry["formula"])
+            return Assignment(name, entry["unit"], entry["meaning"], text, nears)
+
+        kept = tuple(
             Kept(
-                stage_names[state["name"]],
-                state["unit"],
-                state["meaning"],
-                self._formula(state["start"], stage_names),
-                self._formula(state["next"], stage_names),
+                stage_names[state["name"]], state["unit"], state["meaning"],
+                formula(state["start"]), formula(state["next"]),
             )
             for state in stated["keep"]
-        )
-        steps = tuple(
-            self._assignment(step, stage_names[step["set"]], stage_names)
-            for step in stated["steps"]
-        )
-        sends = tuple(
-            self._assignment(signal, signal["name"], stage_names) for signal in stated["send"]
-        )
-        return Stage(stated["name"], states, steps, sends)
-
-    def _formula(self, text: str, stage_names: Mapping[str, str]) -> Formula:
-        return renamed(parsed(text, self.tables), stage_names)
-
-    def _assignment(self, entry: Any, name: str, stage_names: Mapping[str, str]) -> Assignment:
-        nears = tuple(
-            Near(
-                self._formula(near_entry["of"], stage_names),
-                near_entry["within"],
-                self._formula(near_entry["formula"], stage_names),
-            )
-            for near_entry in entry.get("near", ())
-        )
-        return Assignment(
-            name,
-            entry["unit"],
-            entry["meaning"],
-            self._formula(entry["formula"], stage_names),
-            nears,
-        )
+        )  # fmt: skip
+        steps = tuple(assignment(step, stage_names[step["set"]]) for step in stated["steps"])
+        sends = tuple(assignment(signal, signal["name"]) for signal in stated["send"])
+        return Stage(stated["name"], kept, steps, sends)
 
     def _input(self, entry: Any) -> Signal:
         signal = Signal(entry["name"], entry["unit"], entry["meaning"])
@@ -302,28 +278,24 @@ def _turbine_input(signal: Signal, document: Mapping[str, Any]) -> Signal:
     """Return a turbine's input with its range; it rests at the lowest trim, set-points at rated."""
     trim, limits = document["trim"], document["limits"]
     speed, wind = trim["rotor_speed"], trim["wind"]
-    rests_and_ranges = {
-        "speed": (speed[0], (Decimal(0), 2 * max(speed))),
-        "measured_speed": (speed[0], (Decimal(0), 2 * max(speed))),
+    at_speed = speed[0], (Decimal(0), 2 * max(speed))
+    at_wind = wind[0], (wind[0], wind[-1])
+    inputs: dict[str, Any] = {
+        **dict.fromkeys(("speed", "measured_speed"), at_speed),
+        **dict.fromkeys(("wind_guess", "wind_estimate"), at_wind),
         "pitch": (trim["pitch"][0], (limits["pitch"][0], limits["pitch"][1])),
-        "wind_guess": (wind[0], (wind[0], wind[-1])),
-        "wind_estimate": (wind[0], (wind[0], wind[-1])),
     }
-    setpoint_ranges: dict[str, tuple[Decimal, Decimal]] = {}
     if "setpoints" in (law := document["law"]):
         stated, rated = law["setpoints"], law["rotor_speed"][-1]
         lowest, factor = stated["lowest_speed"], stated["power_per_torque"]
         # Rounded outwards to mW: the law limits the torque, so that at rest it is the rated one.
         lowest_power = (factor * lowest * stated["lowest_torque"]).quantize(MILLI, ROUND_FLOOR)
         most = (factor * rated * law["rated_torque"]).quantize(MILLI, ROUND_CEILING)
-        setpoint_ranges = {
-            "speed_setpoint": (lowest, rated),
-            "power_setpoint": (lowest_power, most),
-        }
-    if (ends := setpoint_ranges.get(signal.name)) is not None:
-        return replace(signal, rest=ends[1], range=ends, optional=True)
-    rest, limits_there = rests_and_ranges.get(signal.name, (None, None))
-    return replace(signal, rest=rest, range=limits_there)
+        inputs["speed_setpoint"] = rated, (lowest, rated)
+        inputs["power_setpoint"] = most, (lowest_power, most)
+    rest, ends = inputs.get(signal.name, (None, None))
+    optional = signal.name.endswith("_setpoint") and ends is not None
+    return replace(signal, rest=rest, range=ends, optional=optional)
 
 
 def renamed(formula: Formula, names: Mapping[str, str]) -> Formula:

@@ -77,24 +77,15 @@ class Target(NamedTuple):
 
 TARGETS = (
     Target("c", "c.source", "any C99 or C++ compiler: the law, with a self-test"),
-    Target(
-        "discon",
-        "discon.library",
-        "OpenFAST, Bladed, ROSCO's Python interface: a turbine's law as a Bladed-style library",
-    ),
+    Target("discon", "discon.library",
+           "OpenFAST, Bladed, ROSCO's Python interface: a turbine's law as a Bladed-style library"),
     Target("fmu", "fmu.target", "FMI tools (3.0 and 2.0): the law as a unit for co-simulation"),
-    Target(
-        "st",
-        "structured_text.block",
-        "PLCs: a function block in Structured Text (CODESYS, TwinCAT and others)",
-    ),
-    Target(
-        "mat",
-        "matlab.target",
-        "MATLAB, Simulink and Octave: the law as functions, gains and matrices as a struct",
-    ),
+    Target("st", "structured_text.block",
+           "PLCs: a function block in Structured Text (CODESYS, TwinCAT and others)"),
+    Target("mat", "matlab.target",
+           "MATLAB, Simulink and Octave: the law as functions, gains and matrices as a struct"),
     Target("csv", "targets", "spreadsheets: a file for each table, with units"),
-)
+)  # fmt: skip
 
 
 def exported(word: str, program: ControllerProgram, settings: ExportSettings) -> Exported:
@@ -104,14 +95,14 @@ def exported(word: str, program: ControllerProgram, settings: ExportSettings) ->
     ------
     ModelError : an unknown target, or a program or setting that the target does not support.
     """
-    for target in TARGETS:
-        if target.word == word:
-            target_module: Any = import_module(f"takagi.reports.code.{target.module}")
-            return cast(Exported, target_module.export(program, settings))
-    words = [target.word for target in TARGETS]
-    raise ModelError(
-        f"--to {word!r} was given; the targets are {', '.join(words)}{did_you_mean(word, words)}"
-    )
+    targets = {target.word: target for target in TARGETS}
+    if word not in targets:
+        raise ModelError(
+            f"--to {word!r} was given; the targets are {', '.join(targets)}"
+            f"{did_you_mean(word, targets)}"
+        )
+    target_module: Any = import_module(f"takagi.reports.code.{targets[word].module}")
+    return cast(Exported, target_module.export(program, settings))
 
 
 def certified(
@@ -248,16 +239,9 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
 
     The first line has the names with their units; numbers are the gain file's decimals.
     """
-    single = [constant for constant in program.constants if isinstance(constant.value, Decimal)]
-    files = {
-        "numbers.csv": csv_text(
-            ("name", "value", "unit", "place in gains.json"),
-            (
-                (constant.name, str(constant.value), constant.unit, constant.path)
-                for constant in single
-            ),
-        )
-    }
+    single = [c for c in program.constants if isinstance(c.value, Decimal)]
+    head = ("name", "value", "unit", "place in gains.json")
+    files = {"numbers.csv": csv_text(head, ((c.name, c.value, c.unit, c.path) for c in single))}
     use = {"numbers.csv": f"{len(single)} single numbers with units"}
     for constant in program.constants:
         for name, text, what in _tables(constant):
@@ -272,19 +256,19 @@ def _tables(constant: Constant) -> Iterable[tuple[str, str, str]]:
         return
     if isinstance(value, Spline):
         for k, knots in enumerate(value.knots, start=1):
-            text = csv_text((f"knots of argument {k}",), ((str(knot),) for knot in knots))
+            text = csv_text((f"knots of argument {k}",), ((knot,) for knot in knots))
             yield f"{name}_knots_{k}.csv", text, f"knots of the cubic spline {name}"
         yield _matrix(name, f"coefficients of {name} [{constant.unit}]", value.coefficients)
     elif isinstance(value[0], tuple):
         yield _matrix(name, f"{name} [{constant.unit}]", value)
     else:
-        text = csv_text((f"{name} [{constant.unit}]",), ((str(number),) for number in value))
+        text = csv_text((f"{name} [{constant.unit}]",), ((number,) for number in value))
         yield f"{name}.csv", text, f"{len(value)} numbers, {constant.path} of the gain file"
 
 
 def _matrix(name: str, title: str, rows: Sequence[Sequence[Decimal]]) -> tuple[str, str, str]:
     head = (f"{title}, column 0", *(f"column {k}" for k in range(1, len(rows[0]))))
-    text = csv_text(head, (tuple(map(str, row)) for row in rows))
+    text = csv_text(head, rows)
     return f"{name}.csv", text, f"{len(rows)} rows of {len(rows[0])}: {title}"
 
 

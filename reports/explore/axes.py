@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from takagi.certificates.design.plant.gains import input_limits
+from takagi.certificates.design.plant.gain_task import input_limits
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.plant.plant import file_unit
 from takagi.reports.loops.plant_claims import norm_settling_time, settling_time
 from takagi.reports.loops.plant_loop import largest_commands, plant_loop
 from takagi.reports.page.text import at_least, behind, name_of
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant_files.loader import PlantFile
 
 # Positions of the sliders; options of a design, by the names of their parameters.

@@ -12,16 +12,19 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
+from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.document.certificate_file import provenance
 from takagi.certificates.sweep.tasks import canonical, start_process
-from takagi.reports.explore.axes import Axis, Steps, command_of, grid_of, options_at
+from takagi.models.errors import ModelError
+from takagi.models.loading import read_model
+from takagi.reports.explore.axes import Axis, Steps, axes_of, command_of, grid_of, options_at
+from takagi.reports.explore.plant_cell import Cell, SettingsOf, made_cell, read_checked
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.sharedctypes import Synchronized
 
     from takagi.models.plant_files.loader import PlantFile
-    from takagi.reports.explore.plant_cell import Cell, SettingsOf
 
 
 def cache_folder(source: PlantFile, place: Path | None) -> Path:
@@ -144,8 +147,6 @@ def plant_book(source: PlantFile, settings_of: SettingsOf, place: Path | None) -
     ------
     ModelError : a plant that has nothing to turn.
     """
-    from takagi.models.errors import ModelError
-
     if not source.entry.inputs:
         raise ModelError(
             f"{source.name}: a plant without inputs has nothing to turn; 'takagi design "
@@ -239,11 +240,7 @@ def _serve(
 ) -> None:
     """Answer tasks until the pipe is closed."""
     start_process()
-    from takagi.certificates.design.plant.design import design_plant
-    from takagi.models.loading import read_model
     from takagi.models.plant_files.loader import PlantFile, load_plant
-    from takagi.reports.explore.axes import axes_of
-    from takagi.reports.explore.plant_cell import made_cell, read_checked
 
     source = read_model(model)
     assert isinstance(source, PlantFile)  # the server looked

@@ -17,16 +17,21 @@ import numpy as np
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.design.design import NoDesign
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant.static_gains import plant_of_law
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import file_unit
+from takagi.reports.design_folder import design_folder, law_files, read_design
+from takagi.reports.figures.plant.proved_set import ellipse, planes, section
+from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
+from takagi.reports.loops.plant_motion import around, motions, starts
 from takagi.reports.output import write_folder
+from takagi.reports.page.text import unit_of
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.arrays import Floats
-    from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant_files.loader import PlantFile
-    from takagi.reports.loops.plant_loop import PlantLoop
 
 Cell: TypeAlias = dict[str, Any]
 # (plant's file, options by the names of their parameters) -> settings, as the command line has it.
@@ -67,8 +72,6 @@ def made_cell(
                 reason = made.reason
                 write_folder(folder, {NONE: json.dumps({"reason": reason, "for": options})})
             else:
-                from takagi.reports.design_folder import law_files
-
                 write_folder(folder, law_files(made, source=source))
                 design = read_checked(folder, source, settings)
     except (ModelError, CertificateError, OSError) as error:
@@ -81,7 +84,6 @@ def _designed(
     source: PlantFile, settings: PlantSettings, tell: Callable[[str], None]
 ) -> PlantDesign | NoDesign:
     from takagi.certificates.design.plant.design import design_plant
-    from takagi.certificates.design.plant.static_gains import plant_of_law
 
     def step(words: str) -> None:
         tell(words)
@@ -118,9 +120,6 @@ def read_checked(folder: Path, source: PlantFile, settings: PlantSettings) -> Pl
     CertificateError : no whole design, or one of another plant or for other requirements.
     ModelError : a file that cannot be read.
     """
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.reports.design_folder import design_folder, read_design
-
     copied = design_folder(folder).model
     design = read_design(folder)
     same = all(
@@ -134,11 +133,8 @@ def read_checked(folder: Path, source: PlantFile, settings: PlantSettings) -> Pl
 
 def shown(design: PlantDesign) -> Cell:
     """Return the design's badge, answer, rows, gains and picture."""
-    from takagi.reports.loops.plant_loop import plant_loop
     from takagi.reports.sections.plant.summary import answer_sentence, summary_rows
 
-    loop = plant_loop(design)
-    rows = [row for row in summary_rows(design) if row.name != "gains"]
     return {
         "proved": design.proved,
         "verdict": "PROVED" if design.proved else f"{design.verdict_words}: a candidate",
@@ -150,10 +146,11 @@ def shown(design: PlantDesign) -> Cell:
                 "basis": row.basis or "proved",
                 "shortfall": row.shortfall if row.partial else "",
             }
-            for row in rows
+            for row in summary_rows(design)
+            if row.name != "gains"
         ],
         "gains": _gains(design),
-        "planes": _planes(design, loop),
+        "planes": _planes(design, plant_loop(design)),
         "claims": [[claim.name, claim.verdict.name] for claim in design.checked.claims],
         "notes": list(design.notes),
     }
@@ -169,29 +166,19 @@ def _gains(design: PlantDesign) -> Mapping[str, Any]:
 
 def _planes(design: PlantDesign, loop: PlantLoop) -> list[Mapping[str, Any]]:
     """Return sets, ranges and motions in planes of two states, as deviations in file units."""
-    from takagi.reports.figures.plant.proved_set import ellipse, planes, section
-    from takagi.reports.loops.plant_motion import around, motions, starts
-
-    pairs = planes(loop)
-    if not pairs:
+    if not planes(loop):
         return []
-    begin = (
-        around(loop, AROUND)
-        if len(loop.names) == 2
-        else [*starts(loop), *around(loop, AROUND_MANY)]
-    )
-    simulated = motions(loop, begin)
+    begin = [*starts(loop), *around(loop, AROUND_MANY)]
+    simulated = motions(loop, around(loop, AROUND) if len(loop.names) == 2 else begin)
     plane_list: list[Mapping[str, Any]] = []
-    for pair in pairs:
+    for pair in planes(loop):
         units = [_unit(loop, k) for k in pair]
         sizes = np.array([[size] for size, _ in units])
-        lines = [_thinned(motion.state[:, pair].T / sizes) for motion in simulated]
         of_set: dict[str, Any] = {"safe": None, "set": None}
         if loop.bounded:
-            P, level = loop.start_ellipsoid
-            of_set["safe"] = _points(_thinned(section(P, level, pair) / sizes))
+            of_set["safe"] = _points(section(*loop.start_ellipsoid, pair) / sizes)
             if len(loop.names) > 2 or loop.observed is not None:
-                of_set["set"] = _points(_thinned(ellipse(*loop.ellipsoid, pair) / sizes))
+                of_set["set"] = _points(ellipse(*loop.ellipsoid, pair) / sizes)
         box = [loop.model.box.get(loop.model.states[k]) for k in pair]
         covered = [design.settings.initial.get(loop.names[k], 0.0) for k in pair]
         plane_list.append(
@@ -206,24 +193,18 @@ def _planes(design: PlantDesign, loop: PlantLoop) -> list[Mapping[str, Any]]:
                     for ends, (size, _) in zip(box, units, strict=True)
                 ],
                 "covered": [half / size for half, (size, _) in zip(covered, units, strict=True)],
-                "motions": [_points(line) for line in lines],
+                "motions": [_points(motion.state[:, pair].T / sizes) for motion in simulated],
             }
         )
     return plane_list
 
 
 def _unit(loop: PlantLoop, state: int) -> tuple[float, str]:
-    from takagi.reports.page.text import unit_of
-
     if state < len(loop.plant.states):
         return file_unit(loop.plant.states[state])
     return 1.0, unit_of(loop.model.states[state])
 
 
-def _thinned(line: Floats) -> Floats:
-    step = -(-line.shape[1] // MOST_POINTS)
-    return line[:, ::step]
-
-
 def _points(line: Floats) -> list[list[float]]:
-    return [[float(f"{value:.4g}") for value in row] for row in line]
+    step = -(-line.shape[1] // MOST_POINTS)
+    return [[float(f"{value:.4g}") for value in row] for row in line[:, ::step]]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,23 +21,22 @@ from takagi.reports.figures.style import (
     shades,
     wind_axis,
 )
+from takagi.reports.loops.plant_loop import PlantLoop
+from takagi.reports.loops.plant_motion import PlantMotion
+from takagi.reports.margins.margins import Margins
+from takagi.reports.margins.response import LoopResponse
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.reports.loops.plant_loop import PlantLoop
-    from takagi.reports.loops.plant_motion import PlantMotion
-    from takagi.reports.margins.margins import Margins
-    from takagi.reports.margins.response import LoopResponse
 
 LEGEND_COLUMNS = 2
 # Below this gain the loop is treated as open: -200 dB is not a gain.
 SILENT = 1e-10
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BodeLine:
+class BodeLine(NamedTuple):
     """One loop of a Bode plot.
 
     Attributes
@@ -139,20 +137,16 @@ PANELS = {
 LOGARITHMIC = ("gain", "delay")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MarginLine:
-    """One loop over wind; arrays (n,), nan where it does not act.
+class MarginLine(NamedTuple):
+    """One loop over wind: panel -> margins (n,), nan where it does not act.
 
-    Attributes
-    ----------
-    label : such as ``"torque"``.
-    nominal, least : panel -> margins, of the machine as its file says and the least of all; nan
-        where the others were not examined.
+    ``nominal`` are those of the machine as its file says, ``least`` the least of all, nan where the
+    others were not examined.
     """
 
     label: str
-    nominal: dict[str, Floats]
-    least: dict[str, Floats]
+    nominal: Mapping[str, Floats]
+    least: Mapping[str, Floats]
 
 
 def running_margins_figure(winds: Floats, lines: Sequence[MarginLine]) -> Figure:
@@ -197,43 +191,72 @@ def equilibrium_poles(loop: PlantLoop) -> tuple[Complex, Complex]:
 MOST_PANELS = 10
 
 
+class Panel(NamedTuple):
+    """A quantity over time: its label, a series for each motion, and whether it is held."""
+
+    label: str
+    series: Sequence[Floats]
+    held: bool = False
+
+
 def responses_figure(loop: PlantLoop, motions: Sequence[PlantMotion]) -> Figure:
     """Return one panel per state (deviation), per input, and one for V over its level."""
-    lines = list(zip(motions, COLOURS, STYLES, strict=False))
     labels = [*loop.model.states, *(f"{v.name} [{v.unit}]" for v in loop.plant.inputs)]
     if loop.gains is None:
         labels = labels[: len(loop.names)]
-    shown = labels[:MOST_PANELS]
+    values = [np.column_stack((motion.state, motion.input)) for motion in motions]
+    panels = [
+        Panel(label.replace(" [", "\n["), [each[:, k] for each in values], loop.discrete)
+        for k, label in enumerate(labels[:MOST_PANELS])
+    ]
+
+    def at_rest(axes: Axes, k: int) -> None:
+        if k < len(panels):
+            axes.axhline(0.0, color=GREY, lw=0.7)
+
+    return motions_figure(motions, panels, at_rest)
+
+
+def motions_figure(
+    motions: Sequence[PlantMotion],
+    panels: Sequence[Panel],
+    finish: Callable[[Axes, int], None],
+    *,
+    height: float = 1.25,
+    legend_columns: int = 3,
+) -> Figure:
+    """Return the panels over time with a line for each motion, and one for V where it is known.
+
+    Parameters
+    ----------
+    finish : called with the axes of each panel and its number, that of V the last.
+    height : of a panel [in].
+    """
+    lines = list(zip(motions, COLOURS, STYLES, strict=False))
     valued = bool(motions[0].value.size)
-    rows = len(shown) + valued
+    rows = len(panels) + valued
     with house_style():
-        figure, panels = new_figure(rows, 1, height=1.25 * rows + 1.0, share_x=True)
-        for k, (axes, label) in enumerate(zip(panels, shown, strict=False)):
-            for motion, colour, style in lines:
-                series = np.column_stack((motion.state, motion.input))[:, k]
+        figure, every = new_figure(rows, 1, height=height * rows + 1.0, share_x=True)
+        for k, (axes, panel) in enumerate(zip(every, panels, strict=False)):
+            for (motion, colour, style), series in zip(lines, panel.series, strict=False):
                 axes.plot(
                     *decimate(motion.time, series),
                     color=colour, linestyle=style, label=motion.name,
-                    drawstyle="steps-post" if loop.discrete else "default",
+                    drawstyle="steps-post" if panel.held else "default",
                 )  # fmt: skip
-            axes.axhline(0.0, color=GREY, lw=0.7)
-            axes.set_ylabel(label.replace(" [", "\n["))
+            finish(axes, k)
+            axes.set_ylabel(panel.label)
         if valued:
             for motion, colour, style in lines:
                 keep = motion.value > 1e-9
-                panels[-1].semilogy(
+                every[-1].semilogy(
                     motion.time[keep], motion.value[keep], color=colour, linestyle=style
                 )
-            panels[-1].set_ylabel("V / level\n[-]")
-        finish_over_time(figure, panels, motions)
+            finish(every[-1], len(panels))
+            every[-1].set_ylabel("V / level\n[-]")
+        every[-1].set_xlim(0.0, max(float(motion.time[-1]) for motion in motions))
+        every[-1].set_xlabel("time [s]")
+        handles, names = every[0].get_legend_handles_labels()
+        columns = min(len(names), legend_columns)
+        figure.legend(handles, names, loc="outside lower center", ncols=columns)
     return figure
-
-
-def finish_over_time(
-    figure: Figure, panels: Sequence[Axes], motions: Sequence[PlantMotion]
-) -> None:
-    """Give panels of motions one axis of time and one legend."""
-    panels[-1].set_xlim(0.0, max(float(motion.time[-1]) for motion in motions))
-    panels[-1].set_xlabel("time [s]")
-    handles, names = panels[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 3))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.arrays import Floats
+from takagi.models.laws.published.regional_schedule import CouplingFilter
 from takagi.models.turbine.data import Turbine, tip_speed_ratio
 from takagi.models.turbine.trim import TrimPoint
 from takagi.reports.figures.style import (
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.contour import QuadContourSet
     from matplotlib.figure import Figure
 
-    from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.models.laws.published.regional_schedule import CouplingFilter
 
 RPM, DEGREES = 30 / np.pi, 180 / np.pi
 
@@ -92,9 +91,7 @@ def power_surface_figure(
     with house_style():
         figure, (axes,) = new_figure()
         levels = np.arange(0.0, max(0.05, float(surface.max())) + 0.05, 0.05)
-        filled = axes.contourf(ratio, beta, surface, levels=levels, cmap=SEQUENTIAL)
-        filled.set_edgecolor("face")
-        filled.set_linewidth(0.4)
+        filled = _filled(axes, ratio, beta, surface, levels)
         along = np.array([tip_speed_ratio(turbine, p.rotor_speed, p.wind) for p in points])
         _trim_line(axes, along, np.array([p.pitch for p in points]) * DEGREES, band)
         axes.set_facecolor("#f4f4f4")
@@ -105,6 +102,14 @@ def power_surface_figure(
         axes.grid(False)
         figure.colorbar(filled, ax=axes, label="power coefficient [-]")
     return figure
+
+
+def _filled(axes: Axes, x: Floats, y: Floats, z: Floats, levels: Floats) -> QuadContourSet:
+    filled = axes.contourf(x, y, z, levels=levels, cmap=SEQUENTIAL)
+    # Neighbouring patches would let the paper show between them.
+    filled.set_edgecolor("face")
+    filled.set_linewidth(0.4)
+    return filled
 
 
 def _trim_line(axes: Axes, ratio: Floats, degrees: Floats, band: float | None) -> None:
@@ -152,10 +157,7 @@ def membership_figure(
 
 
 def _panel(axes: Axes, omega: Floats, load: Floats, weights: Floats) -> QuadContourSet:
-    filled = axes.contourf(omega, load, np.clip(weights, 0.0, 1.0), levels=LEVELS, cmap=SEQUENTIAL)
-    # Neighbouring patches would let the paper show between them.
-    filled.set_edgecolor("face")
-    filled.set_linewidth(0.4)
+    filled = _filled(axes, omega, load, np.clip(weights, 0.0, 1.0), LEVELS)
     axes.set_xlim(omega[0], omega[-1])
     axes.set_ylim(load[0], load[-1])
     axes.grid(False)
@@ -192,9 +194,8 @@ def cells_figure(
     )
     with house_style():
         figure, panels = new_figure(4, 1, height=6.2, share_x=True)
-        for axes, values, label, factor in zip(
-            panels, figures, labels, (1.0, 1.0, 1.0, 100.0), strict=True
-        ):
+        factors = (1.0, 1.0, 1.0, 100.0)
+        for axes, values, label, factor in zip(panels, figures, labels, factors, strict=True):
             shown = cells_panel(axes, v, factor * values, sound)
             if sound.any():
                 axes.set_ylim(0.0, 1.15 * max(float(np.nanmax(shown)), 1e-9))
@@ -216,15 +217,8 @@ def cells_panel(axes: Axes, edges: Floats, values: ArrayLike, sound: NDArray[np.
     label = "not proved"
     for low, high, fine in zip(edges[:-1], edges[1:], sound, strict=True):
         if not fine:
-            axes.axvspan(
-                low,
-                high,
-                facecolor="none",
-                edgecolor=COLOURS[1],
-                hatch="////",
-                linewidth=0.0,
-                label=label,
-            )
+            hatched: Any = {"facecolor": "none", "edgecolor": COLOURS[1], "hatch": "////"}
+            axes.axvspan(low, high, linewidth=0.0, label=label, **hatched)
             label = "_nolegend_"
     return heights
 
@@ -241,8 +235,7 @@ UNPROVED: dict[str, Any] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class OverlapRow:
+class OverlapRow(NamedTuple):
     """One bar: its label, and the winds [m/s] proved, and those examined but not proved."""
 
     label: str

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
+from takagi.models.simulation.closed_loop import History
+from takagi.models.turbine.data import Turbine
 from takagi.reports.figures.style import (
     COLOURS,
     GREY,
@@ -25,8 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.models.simulation.closed_loop import History
-    from takagi.models.turbine.data import Turbine
 
 # quantity: factor to the shown unit, label
 QUANTITIES = {

@@ -353,7 +353,9 @@ def _shorter(svg: str) -> str:
     def coordinates(match: re.Match[str]) -> str:
         digits = 1 if len(match.group(2)) > LONG_PATH else 2
         text = re.sub(
-            r"-?\d+\.\d+", lambda number: _rounded(number.group(), digits), match.group(2)
+            r"-?\d+\.\d+",
+            lambda number: f"{float(number[0]):.{digits}f}".rstrip("0").rstrip("."),
+            match.group(2),
         )
         text = re.sub(r"\s+", " ", text).strip()
         # After a move or a line, further pairs are lines: their letter is implied.  After a curve
@@ -361,10 +363,6 @@ def _shorter(svg: str) -> str:
         return match.group(1) + LINES.sub(lambda m: m[1] + m[2].replace("L ", ""), text) + '"'
 
     return re.sub(r'( d="|\bx="|\by=")([^"]*)"', coordinates, svg)
-
-
-def _rounded(number: str, digits: int) -> str:
-    return f"{float(number):.{digits}f}".rstrip("0").rstrip(".")
 
 
 def captioned_figure(figure: Figure, name: str, key: str = "", **filled: str) -> CaptionedFigure:

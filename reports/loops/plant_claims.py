@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -26,16 +26,13 @@ from takagi.certificates.checker.turbine.published.loop_claim import PublishedLo
 from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.certificates.claims.certification import USEFUL
 from takagi.certificates.claims.turbine.published import Span, merged
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
+from takagi.certificates.requests.tracking import jump_shares
+from takagi.lmi.turbine.one_step.design_point import OBJECTIVES
 from takagi.models.arrays import Floats
-from takagi.reports.loops.plant_loop import claimed_matrix, proved_claims
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.models.plant.plant import Variable
-    from takagi.reports.loops.plant_loop import PlantLoop
+from takagi.models.plant.plant import Variable
+from takagi.reports.loops.plant_loop import PlantLoop, claimed_matrix, proved_claims
 
 SETTLED = 0.02
 # Far above the rounding of the formulas below in floating point.
@@ -97,20 +94,19 @@ def overshoots(design: PlantDesign, loop: PlantLoop) -> dict[str, float]:
     disturbed = any(not v.schedules for v in loop.plant.disturbances)
     if not loop.level_proved or disturbed or loop.observed is not None:
         return {}
-    bounds = [np.sqrt(np.diag(P) * np.diag(np.linalg.inv(P))) for P in _functions(design)]
+    functions = [
+        claimed_matrix(claim)
+        for kind in _NEVER_GROWING
+        for claim in proved_claims(design.document, design.checked, kind)
+        if Fraction(str(claim.get("decay_rate", 0))) >= 0
+    ]
+    bounds = [np.sqrt(np.diag(P) * np.diag(np.linalg.inv(P))) for P in functions]
     if not bounds:
         return {}
     factors: Floats = _ROUNDED * np.min(bounds, axis=0)
     count = len(loop.names) - len(loop.plant.integrators)
     pairs = zip(loop.names[:count], factors, strict=False)
     return {name: float(factor) for name, factor in pairs if factor <= USEFUL}
-
-
-def _functions(design: PlantDesign) -> Iterator[Floats]:
-    for kind in _NEVER_GROWING:
-        for claim in proved_claims(design.document, design.checked, kind):
-            if Fraction(str(claim.get("decay_rate", 0))) >= 0:
-                yield claimed_matrix(claim)
 
 
 _INVARIANT = ("invariant-ellipsoid", "input-limits")
@@ -160,8 +156,6 @@ def withstood(design: PlantDesign) -> list[Withstood]:
 
 def proved_jumps(design: PlantDesign) -> list[dict[str, float]]:
     """Return the largest proved jumps from rest, up and down, within the ranges."""
-    from takagi.certificates.requests.tracking import jump_shares
-
     claims = list(proved_claims(design.document, design.checked, "tracking"))
     if not claims:
         return []
@@ -305,8 +299,6 @@ def synthesis_words(design: TurbineDesign) -> str:
 
 def objective_name(design: TurbineDesign) -> str:
     """Return the name of what one step of synthesis made better, or "weights of its own"."""
-    from takagi.lmi.turbine.one_step.design_point import OBJECTIVES
-
     aim = design.settings.objective
     return next(
         (name for name, objective in OBJECTIVES.items() if objective == aim), "weights of its own"

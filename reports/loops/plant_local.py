@@ -6,20 +6,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.certificates.claims.certification import certify
+from takagi.certificates.design.plant.candidates import regulator_gain
+from takagi.certificates.design.plant.gain_task import rounded_gains
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
 from takagi.reports.loops.plant_claims import SETTLED, half_widths
-from takagi.reports.loops.plant_loop import largest_commands
+from takagi.reports.loops.plant_loop import PlantLoop, largest_commands, plant_loop, proved_claims
 from takagi.reports.margins.margins import Margins, loop_margins
 from takagi.reports.margins.response import LoopResponse, continuous_response, sampled_response
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.reports.loops.plant_loop import PlantLoop
 
 # Loops at vertices are listed up to this many rules.
 LISTED = 32
@@ -155,10 +155,6 @@ def regulator(design: PlantDesign) -> Regulator | None:
     A plant behind a blend has none, because one of its inputs is the rate of an effort; nor has a
     law with outputs, whose observer or controller a regulator of all states does not need.
     """
-    from takagi.certificates.design.plant.candidates import regulator_gain
-    from takagi.certificates.design.plant.gains import rounded_gains
-    from takagi.reports.loops.plant_loop import plant_loop
-
     loop = plant_loop(design)
     sizes = design.regulator_sizes or _sizes(loop)
     special = loop.blend is not None or loop.observed is not None
@@ -216,10 +212,6 @@ def _halves(loop: PlantLoop, labels: tuple[str, ...], instead: Floats | None) ->
 
 def _starts(design: PlantDesign, gain: Floats) -> Floats | None:
     """Return how far each state alone may start in the set that is proved for a gain."""
-    from takagi.certificates.claims.certification import certify
-    from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
-    from takagi.reports.loops.plant_loop import proved_claims
-
     try:
         certified = certify(design.model, gain, claims=[InvariantEllipsoid()])
     except ModelError:

@@ -11,24 +11,21 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.certificates.checker.words.figure import Figure
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.arrays import Complex, Floats
+from takagi.models.blending.blending import RunTimeBlending, blending_of
 from takagi.models.errors import ModelError
-from takagi.models.laws.pdc import OutputFeedback
+from takagi.models.laws.pdc import OutputFeedback, ReferenceFeedback, seen_directly
 from takagi.models.plant.plant import Plant
 from takagi.models.ts.model import Matrices, TSModel
 from takagi.reports.page.text import name_of
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.blending.blending import RunTimeBlending
-    from takagi.models.laws.pdc import ReferenceFeedback
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,8 +74,6 @@ class ObservedMotion:
 
     def measured_states(self) -> list[int]:
         """Return the places of the states that an output shows by themselves."""
-        from takagi.models.laws.pdc import seen_directly
-
         directly_measured = seen_directly(self.law.model, self.law.rows)
         return [state for state, (_, factor) in directly_measured.items() if factor == 1.0]
 
@@ -267,8 +262,6 @@ class PlantLoop:
     @cached_property
     def blend(self) -> RunTimeBlending | None:
         """The blend of two actuators in the plant, as it runs; None without one."""
-        from takagi.models.blending.blending import RunTimeBlending, blending_of
-
         blending = blending_of(self.plant)
         return None if blending is None else RunTimeBlending(blending)
 

@@ -5,33 +5,29 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from fractions import Fraction
+from functools import partial
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.plant.plant import Plant, Variable
 from takagi.models.plant_simulation.runs import (
     COMPLETE,
     Commands,
     Cut,
     Experiment,
     ExperimentRun,
-    LawRate,
     SampledProgram,
     right_side,
     run,
 )
 from takagi.models.plant_simulation.signals import Signals
-from takagi.reports.code.controller_program import Call, Formula
+from takagi.reports.code.controller_program import Call, ControllerProgram
 from takagi.reports.code.run import ProgramRun, value_of
+from takagi.reports.loops.plant_loop import ObservedMotion, PlantLoop
 from takagi.reports.page.text import name_of
-
-if TYPE_CHECKING:
-    from takagi.models.plant.plant import Plant, Variable
-    from takagi.reports.code.controller_program import ControllerProgram
-    from takagi.reports.loops.plant_loop import PlantLoop
 
 # A start lies this far out in the ellipsoid, as a share of its level, or of the box without one.
 INSIDE, SHARE = 0.98, 0.3
@@ -179,7 +175,9 @@ def experiment_of(
     limits = [_ends(v) for v in loop.plant.inputs]
     if loop.blend is not None:
         limits += [_ends(a.variable) for a in loop.blend.blending.actuators]
-    law_rate = None if outside.program is not None else _law_rate(loop)
+    observed, law_rate = loop.observed, None
+    if outside.program is None and observed is not None:
+        law_rate = partial(_following, loop.state, observed)
     return Experiment(
         rate=rate,
         commands=_commands(loop, outside.moving),
@@ -197,12 +195,10 @@ def experiment_of(
     )
 
 
-def _law_rate(loop: PlantLoop) -> LawRate | None:
-    """Return how the estimate of a law with measured outputs moves; None for other laws."""
-    observed, n = loop.observed, len(loop.names)
-    if observed is None:
-        return None
-    return lambda z, u: observed.following(loop.state + z[:n], z[n:], u)
+def _following(rest: Floats, observed: ObservedMotion, z: Floats, u: Floats) -> Floats:
+    """Return how the estimate of a law with measured outputs moves, at (x - x*, estimate) and u."""
+    n = len(rest)
+    return observed.following(rest + z[:n], z[n:], u)
 
 
 def _commands(loop: PlantLoop, moving: Sequence[Variable]) -> Commands:
@@ -364,7 +360,10 @@ class ProgramLaw:
         self.moving = [v.name for v in moving]
         self.formulas = {}
         for assignment in program.assignments:
-            self.formulas[assignment.name] = _before_limit(assignment.formula)
+            formula = assignment.formula
+            if isinstance(formula, Call) and formula.function == "limit":
+                formula = formula.arguments[0]
+            self.formulas[assignment.name] = formula
         blended = () if loop.blend is None else loop.blend.blending.actuators
         rates = {rate for _, rate in loop.plant.integrators}
         outputs = [
@@ -441,10 +440,3 @@ def _output_of(name: str, loop: PlantLoop) -> int | None:
 def loop_states(loop: PlantLoop) -> list[str]:
     """Return the names of the plant's states."""
     return [v.name for v in loop.plant.states]
-
-
-def _before_limit(formula: Formula) -> Formula:
-    match formula:
-        case Call("limit", (inner, *_)):
-            return inner
-    return formula

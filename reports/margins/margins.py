@@ -1,10 +1,9 @@
-"""Gain, phase, delay and disk margins, sensitivity peaks and bandwidth of one loop.
+"""Gain, phase, delay and disk margins, and the sensitivity peak of one loop.
 
     gain    factors g with 1 + g L(j omega) = 0: g = -1 / L where L is real and negative
     phase   |arg(-L)| where |L| = 1, the smallest over all such frequencies
     delay   (arg L + pi mod 2 pi) / omega there, the smallest
-    M_s, M_t   sup |S|, sup |T| with S = 1/(1 + L), T = 1 - S
-    bandwidth  the lowest frequency at which |S| reaches 1/sqrt 2
+    M_s     sup |S| with S = 1/(1 + L)
 
 Source: Astrom & Murray (2008), Feedback Systems, sec. 9.3; Skogestad & Postlethwaite (2005),
 Multivariable Feedback Control, sec. 2.4.
@@ -73,9 +72,7 @@ def disk_of(response: LoopResponse) -> DiskMargin:
         centred = np.asarray(np.linalg.inv(eye + loops) - eye / 2, dtype=np.complex128)
         return np.abs(centred[:, 0, 0]) if len(eye) == 1 else scaled_bound(centred)
 
-    end = response.at_infinity
-    at_end = None if end is None else float(height(end[None])[0])
-    peak, frequency = largest(height, response, at_end)
+    peak, frequency = largest(height, response)
     return DiskMargin(alpha=1 / peak if peak > 0 else float("inf"), frequency=frequency)
 
 
@@ -96,7 +93,7 @@ def scaled_bound(matrices: Complex) -> Floats:
     return np.asarray(np.sqrt((square + root) / 2), dtype=np.float64)
 
 
-INF = float("inf")
+INF, NAN = float("inf"), float("nan")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,32 +105,24 @@ class Margins:
     stable : of the closed loop.
     gain_decrease, gain_increase : factors below and above 1 at which it becomes unstable [-];
         0 and inf where there is none.
-    gain_decrease_frequency, gain_increase_frequency : where L is negative real there [rad/s];
-        nan where there is none.
+    gain_increase_frequency : where L is negative real there [rad/s]; nan where there is none.
     phase : smallest phase margin [rad]; inf where |L| never is 1.
     phase_frequency : where it is found [rad/s]; nan where there is none.
     delay : smallest delay that makes it unstable [s]; inf where |L| never is 1.
     crossovers : all frequencies with |L| = 1, increasing [rad/s].
-    bandwidth : lowest frequency with |S| = 1/sqrt 2 from below [rad/s]; 0 where |S| starts above.
-    sensitivity_peak, complementary_peak : M_s and M_t [-]; inf for an unstable loop.
-    sensitivity_peak_frequency, complementary_peak_frequency : [rad/s].
+    sensitivity_peak : M_s [-]; inf for an unstable loop.
     disk : symmetric disk margin.
     """
 
     stable: bool
     gain_decrease: float
     gain_increase: float
-    gain_decrease_frequency: float
     gain_increase_frequency: float
     phase: float
     phase_frequency: float
     delay: float
     crossovers: tuple[float, ...]
-    bandwidth: float
     sensitivity_peak: float
-    sensitivity_peak_frequency: float
-    complementary_peak: float
-    complementary_peak_frequency: float
     disk: DiskMargin
 
     @property
@@ -144,7 +133,7 @@ class Margins:
     @property
     def crossover(self) -> float:
         """The highest frequency with |L| = 1 [rad/s]; nan where there is none."""
-        return self.crossovers[-1] if self.crossovers else float("nan")
+        return self.crossovers[-1] if self.crossovers else NAN
 
 
 def loop_margins(response: LoopResponse) -> Margins:
@@ -154,105 +143,57 @@ def loop_margins(response: LoopResponse) -> Margins:
     root finding; a crossing pair closer than the grid (1.5 %, finer at lightly damped modes) could
     be missed.
     """
-    scalar = _Scalar(response, response.values[:, 0, 0])
-    crossovers = _roots(scalar, lambda L: np.log(np.maximum(np.abs(L), 1e-300)))
-    factors = _gain_factors(scalar)
-    peaks = _peaks(response)
-    unstable = not response.stable
-    below = max(((g, w) for g, w in factors if g < 1), default=(0.0, float("nan")))
-    above = min(((g, w) for g, w in factors if g > 1), default=(INF, float("nan")))
-    phase = _phase(scalar, crossovers)
+    crossovers = _roots(response, lambda L: np.log(np.maximum(np.abs(L), 1e-300)))
+    there = [(w, _loop_at(response, w)) for w in crossovers]
+    phase, where = min(((abs(float(np.angle(-L))), w) for w, L in there), default=(INF, NAN))
+    lags = [float((np.angle(L) + np.pi) % (2 * np.pi)) / w for w, L in there]
+    factors, stable = _gain_factors(response), response.stable
+    increase, phase_crossover = min(((g, w) for g, w in factors if g > 1), default=(INF, NAN))
+    peak, _ = largest(lambda L: np.asarray(1 / np.abs(1 + L[:, 0, 0]), np.float64), response)
     return Margins(
-        stable=response.stable,
-        gain_decrease=1.0 if unstable else below[0],
-        gain_increase=1.0 if unstable else above[0],
-        gain_decrease_frequency=below[1],
-        gain_increase_frequency=above[1],
-        phase=0.0 if unstable else phase[0],
-        phase_frequency=phase[1],
-        delay=0.0 if unstable else _delay(scalar, crossovers),
+        stable=stable,
+        gain_decrease=max((g for g, _ in factors if g < 1), default=0.0) if stable else 1.0,
+        gain_increase=increase if stable else 1.0,
+        gain_increase_frequency=phase_crossover,
+        phase=phase if stable else 0.0,
+        phase_frequency=where,
+        delay=min(lags, default=INF) if stable else 0.0,
         crossovers=tuple(crossovers),
-        bandwidth=_bandwidth(scalar),
-        sensitivity_peak=INF if unstable else peaks[0][0],
-        sensitivity_peak_frequency=peaks[0][1],
-        complementary_peak=INF if unstable else peaks[1][0],
-        complementary_peak_frequency=peaks[1][1],
+        sensitivity_peak=peak if stable else INF,
         disk=disk_of(response),
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Scalar:
-    response: LoopResponse
-    values: Complex
-
-    def __call__(self, omega: float) -> Complex:
-        return self.response.evaluate(np.array([omega]))[:, 0, 0]
+def _loop_at(response: LoopResponse, omega: float) -> complex:
+    return complex(response.evaluate(np.array([omega]))[0, 0, 0])
 
 
-def _roots(scalar: _Scalar, level: Callable[[Complex], Floats]) -> list[float]:
+def _roots(response: LoopResponse, level: Callable[[Complex], Floats]) -> list[float]:
     """Return the frequencies at which a real function of L changes sign [rad/s], increasing."""
     from scipy.optimize import brentq
 
-    grid, sampled = scalar.response.frequencies, level(scalar.values)
-    found = [float(w) for w, value in zip(grid, sampled, strict=True) if value == 0.0 and w > 0]
+    grid, sampled = response.frequencies, level(response.values[:, 0, 0])
+    roots = [float(w) for w in grid[(sampled == 0.0) & (grid > 0)]]
 
     def at(w: float) -> float:
-        return float(level(scalar(w))[0])
+        return float(level(response.evaluate(np.array([w]))[:, 0, 0])[0])
 
     for k in np.flatnonzero(sampled[:-1] * sampled[1:] < 0):
         # A sign that is rounding may be another one where the frequency is evaluated alone.
         if at(grid[k]) * at(grid[k + 1]) < 0:
-            found.append(float(brentq(at, grid[k], grid[k + 1], xtol=1e-14, rtol=1e-12)))
-    return sorted(found)
+            roots.append(float(brentq(at, grid[k], grid[k + 1], xtol=1e-14, rtol=1e-12)))
+    return sorted(roots)
 
 
-def _gain_factors(scalar: _Scalar) -> list[tuple[float, float]]:
+def _gain_factors(response: LoopResponse) -> list[tuple[float, float]]:
     """Return (g, omega) with g L(j omega) = -1, the ends 0 and infinity included."""
-    found = []
     # A loop that is real at all frequencies has no isolated crossing; only its ends matter.
-    for w in _roots(scalar, lambda L: np.asarray(L.imag, dtype=np.float64)):
-        value = scalar(w)[0]
-        # At a jump of a lightly damped pole the sign changes without L being real.
-        if value.real < 0 and abs(value.imag) < 1e-6 * abs(value):
-            found.append((float(-1 / value.real), w))
-    if scalar.response.frequencies[0] == 0.0 and scalar.values[0].real < 0:
-        found.append((float(-1 / scalar.values[0].real), 0.0))
-    end = scalar.response.at_infinity
-    if end is not None and end[0, 0].real < 0:
-        found.append((float(-1 / end[0, 0].real), scalar.response.end))
-    return found
-
-
-def _phase(scalar: _Scalar, crossovers: list[float]) -> tuple[float, float]:
-    sizes = [(abs(float(np.angle(-scalar(w)[0]))), w) for w in crossovers]
-    return min(sizes, default=(INF, float("nan")))
-
-
-def _delay(scalar: _Scalar, crossovers: list[float]) -> float:
-    lags = [float((np.angle(scalar(w)[0]) + np.pi) % (2 * np.pi)) / w for w in crossovers]
-    return min(lags, default=INF)
-
-
-def _bandwidth(scalar: _Scalar) -> float:
-    def excess(L: Complex) -> Floats:
-        return np.asarray(0.5 - np.abs(1 + L) ** -2.0, dtype=np.float64)
-
-    if excess(scalar.values[:1])[0] <= 0:
-        return 0.0
-    return next(iter(_roots(scalar, excess)), INF)
-
-
-def _peaks(response: LoopResponse) -> tuple[tuple[float, float], tuple[float, float]]:
-    def sensitivity(L: Complex) -> Floats:
-        return np.asarray(1 / np.abs(1 + L), dtype=np.float64)
-
-    def complementary(L: Complex) -> Floats:
-        return np.asarray(np.abs(L / (1 + L)), dtype=np.float64)
-
-    def peak(of: Callable[[Complex], Floats]) -> tuple[float, float]:
-        end = response.at_infinity
-        limit = None if end is None else float(of(end[0])[0])
-        return largest(lambda L: of(L[:, 0, 0]), response, limit)
-
-    return peak(sensitivity), peak(complementary)
+    roots = _roots(response, lambda L: np.asarray(L.imag, dtype=np.float64))
+    crossings = [(w, _loop_at(response, w)) for w in roots]
+    # At a jump of a lightly damped pole the sign changes without L being real.
+    crossings = [(w, L) for w, L in crossings if abs(L.imag) < 1e-6 * abs(L)]
+    if response.frequencies[0] == 0.0:
+        crossings.append((0.0, complex(response.values[0, 0, 0])))
+    if response.at_infinity is not None:
+        crossings.append((response.end, complex(response.at_infinity[0, 0])))
+    return [(-1 / L.real, w) for w, L in crossings if L.real < 0]

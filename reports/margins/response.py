@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -72,7 +72,8 @@ class LoopResponse:
 
 def continuous_response(A: Floats, B: Floats, C: Floats) -> LoopResponse:
     """Return the response of L(s) = C (s I - A)^-1 B, which has as many inputs as outputs."""
-    transfer, closed = _transfer(A, B, C), A - B @ C
+    transfer, open_modes = _transfer(A, B, C), np.linalg.eigvals(A)
+    closed_modes = np.linalg.eigvals(A - B @ C)
 
     def evaluate(omega: Floats) -> Complex:
         try:
@@ -83,9 +84,9 @@ def continuous_response(A: Floats, B: Floats, C: Floats) -> LoopResponse:
 
     return LoopResponse(
         evaluate=evaluate,
-        frequencies=frequency_grid(A, closed),
+        frequencies=grid_of_modes(np.concatenate([open_modes, closed_modes]), open_modes),
         at_infinity=np.zeros((len(C), len(C)), dtype=np.complex128),
-        stable=bool(np.all(np.linalg.eigvals(closed).real < 0)),
+        stable=bool(np.all(closed_modes.real < 0)),
     )
 
 
@@ -108,7 +109,14 @@ def _transfer(A: Floats, B: Floats, C: Floats) -> Callable[[Any], Complex]:
 
     Of many points by the Schur form A = Q T Q^H, all of them in each step of the substitution.
     """
-    eye, schur_form = np.eye(len(A)), cache(lambda: _schur_form(A, B, C))
+    from scipy.linalg import schur
+
+    @cache
+    def schur_form() -> tuple[Complex, Complex, Complex]:
+        T, Q = schur(A, output="complex")
+        return T, Q.conj().T @ B, C @ Q
+
+    eye = np.eye(len(A))
 
     def at(points: Any) -> Complex:
         if len(points) >= MANY:
@@ -118,14 +126,6 @@ def _transfer(A: Floats, B: Floats, C: Floats) -> Callable[[Any], Complex]:
         return np.asarray(C @ inner, dtype=np.complex128)
 
     return at
-
-
-def _schur_form(A: Floats, B: Floats, C: Floats) -> tuple[Complex, Complex, Complex]:
-    """Return T, Q^H B and C Q of A = Q T Q^H."""
-    from scipy.linalg import schur
-
-    T, Q = schur(A, output="complex")
-    return T, Q.conj().T @ B, C @ Q
 
 
 def _triangular(points: Any, T: Complex, entering: Complex, leaving: Complex) -> Complex:
@@ -140,20 +140,13 @@ def _triangular(points: Any, T: Complex, entering: Complex, leaving: Complex) ->
     return np.asarray(np.einsum("pn,nkm->kpm", leaving, inner), dtype=np.complex128)
 
 
-def frequency_grid(*matrices: Floats) -> Floats:
-    """Return frequencies [rad/s] that resolve the modes of all given state matrices.
+def grid_of_modes(modes: Any, open_modes: Any) -> Floats:
+    """Return frequencies [rad/s] that resolve the modes of a loop [1/s].
 
     150 points a decade from a hundredth of the slowest to a hundred times the fastest mode, and
     a cluster as wide as the damping around each lightly damped mode.  0 comes first unless the
-    first matrix, that of the open loop, has a pole there.
+    open loop, whose modes are ``open_modes``, has a pole there.
     """
-    modes = np.concatenate([np.linalg.eigvals(a) for a in matrices if a.size] or [np.ones(1)])
-    open_modes = np.linalg.eigvals(matrices[0]) if matrices[0].size else np.ones(1)
-    return grid_of_modes(modes, open_modes)
-
-
-def grid_of_modes(modes: Any, open_modes: Any) -> Floats:
-    """Return ``frequency_grid`` of modes [1/s]; ``open_modes`` are those of the open loop."""
     size = np.abs(modes)
     fast = max(float(size.max()), 1e-6)
     lively = modes[size > ORIGIN * fast]
@@ -173,9 +166,7 @@ def grid_of_modes(modes: Any, open_modes: Any) -> Floats:
     return grid if at_origin else np.concatenate([[0.0], grid])
 
 
-def largest(
-    height: Callable[[Complex], Floats], response: LoopResponse, at_infinity: float | None
-) -> tuple[float, float]:
+def largest(height: Callable[[Complex], Floats], response: LoopResponse) -> tuple[float, float]:
     """Return (sup height, its frequency [rad/s]), refined around the grid's four highest peaks.
 
     ``height`` : of L (k, m, m), (k,).
@@ -195,8 +186,9 @@ def largest(
         )
         if -float(found.fun) > best:
             best, where = -float(found.fun), float(found.x)
-    if at_infinity is not None and at_infinity > best:
-        return at_infinity, response.end
+    if response.at_infinity is not None:
+        at_end = float(height(response.at_infinity[None])[0])
+        best, where = (at_end, response.end) if at_end > best else (best, where)
     return best, where
 
 
@@ -206,8 +198,7 @@ WELL_CONDITIONED = 1e9
 APART = 1e-9
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BrokenLoops:
+class BrokenLoops(NamedTuple):
     """The responses of a running loop: broken at the torque, at the pitch, and at both."""
 
     torque: LoopResponse
@@ -219,8 +210,9 @@ def broken_loops(loop: RunningLoop) -> BrokenLoops:
     """Return the responses of a loop: one for each command, the other closed, and one for both."""
     from takagi.reports.margins.running_loop import continuous
 
-    A, B, C = _scaled(loop)
-    T, end = loop.sample_time, float(np.pi / loop.sample_time)
+    # Every state over its size; the responses are the same.
+    size, T, end = loop.scale, loop.sample_time, float(np.pi / loop.sample_time)
+    A, B, C = loop.A * size / size[:, None], loop.B / size[:, None], loop.C * size
     answer = _sampled_evaluator(A, B, C, T)
     stable = bool(np.all(np.abs(loop.multipliers) < 1))
     alone = [A - B[:, [1 - i]] @ C[[1 - i]] for i in (0, 1)]
@@ -243,12 +235,6 @@ def broken_loops(loop: RunningLoop) -> BrokenLoops:
         return response(evaluate, alone[i])
 
     return BrokenLoops(one(0), one(1), response(answer, A))
-
-
-def _scaled(loop: RunningLoop) -> tuple[Floats, Floats, Floats]:
-    """Return the loop with every state over its size; the responses are the same."""
-    size = loop.scale
-    return loop.A * size / size[:, None], loop.B / size[:, None], loop.C * size
 
 
 def _sampled_evaluator(A: Floats, B: Floats, C: Floats, T: float) -> Callable[[Floats], Complex]:

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.linalg import expm
@@ -45,8 +45,7 @@ class NoEquilibrium(ModelError):
     """The loop has no rest at a wind: there is nothing to linearise at."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LoopEquilibrium:
+class LoopEquilibrium(NamedTuple):
     """The states of plant, law and observer at rest, and the commands (torque, pitch) there."""
 
     plant: Floats
@@ -139,14 +138,10 @@ STEP, FLOOR = 1e-5, 1e-1
 STAYS, VISIBLE = 0.75, 1e-5
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Slopes:
-    """A Jacobian, and at which coordinates the function has a kink.
+class Slopes(NamedTuple):
+    """A Jacobian (m, n), and at which coordinates the function has a kink.
 
-    Attributes
-    ----------
-    matrix : (m, n).
-    kinks : coordinates whose two one-sided slopes differ; ``matrix`` has the asked side's there.
+    There the two one-sided slopes differ, and ``matrix`` has those of the side that was asked.
     """
 
     matrix: Floats

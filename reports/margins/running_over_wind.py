@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +22,7 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.simulation.turbine_plant import SimulatedTurbine
 from takagi.reports.margins.margins import DiskMargin, Margins, disk_of, loop_margins
-from takagi.reports.margins.response import BrokenLoops, broken_loops
+from takagi.reports.margins.response import broken_loops
 from takagi.reports.margins.running_loop import (
     NOMINAL,
     WAKES,
@@ -40,8 +42,7 @@ SAMPLES_A_PERIOD = 6.0
 NEAR_MODE = 0.15
 
 
-@dataclass(frozen=True, slots=True)
-class Mode:
+class Mode(NamedTuple):
     """A mode that the loop should not meet: its name and frequency [rad/s]."""
 
     name: str
@@ -75,8 +76,8 @@ class RunningMargins:
     @property
     def loops(self) -> tuple[tuple[str, Margins], ...]:
         """The loops that act, with their names."""
-        named = (("torque", self.torque), ("pitch", self.pitch))
-        return tuple((name, found) for name, found in named if found is not None)
+        named = zip(COMMANDS, (self.torque, self.pitch), strict=True)
+        return tuple((name, margins) for name, margins in named if margins is not None)
 
     @property
     def nominal(self) -> bool:
@@ -139,14 +140,12 @@ def _worst(sides: Sequence[Margins | None]) -> Margins | None:
     if not acting:
         return None
     up = min(acting, key=lambda m: m.gain_increase)
-    down = max(acting, key=lambda m: m.gain_decrease)
     phase = min(acting, key=lambda m: m.phase)
     return replace(
         min(acting, key=lambda m: m.disk.alpha),
         gain_increase=up.gain_increase,
         gain_increase_frequency=up.gain_increase_frequency,
-        gain_decrease=down.gain_decrease,
-        gain_decrease_frequency=down.gain_decrease_frequency,
+        gain_decrease=max(m.gain_decrease for m in acting),
         phase=phase.phase,
         phase_frequency=phase.phase_frequency,
         delay=min(m.delay for m in acting),
@@ -165,13 +164,18 @@ def plant_modes(plant: SimulatedTurbine) -> tuple[Mode, ...]:
 
 def _margins(loop: RunningLoop, plant: PlantChoice, modes: Sequence[Mode]) -> RunningMargins:
     broken = broken_loops(loop)
-    acting = {name: getattr(broken, name) for name in ("torque", "pitch") if _acts(broken, name)}
+    acting = {
+        name: response
+        for name, response in zip(COMMANDS, broken, strict=False)
+        if float(np.abs(response.values_beyond).max()) > SILENT
+    }
     margins = {name: loop_margins(response) for name, response in acting.items()}
+    around = np.linspace(1 - NEAR_MODE, 1 + NEAR_MODE, 301)
     met = tuple(
         (name, mode)
         for name, response in acting.items()
         for mode in modes
-        if _reaches_one(response.evaluate, mode)
+        if float(np.abs(response.evaluate(mode.frequency * around)).max()) >= 1.0
     )
     return RunningMargins(
         wind=loop.wind,
@@ -191,16 +195,6 @@ def _chosen(kinks: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(kink for kink in kinks if not kink.startswith("pitch"))
 
 
-def _acts(broken: BrokenLoops, name: str) -> bool:
-    response = getattr(broken, name)
-    return float(np.abs(response.values_beyond).max()) > SILENT
-
-
-def _reaches_one(evaluate: Callable[..., Complex], mode: Mode) -> bool:
-    near = mode.frequency * np.linspace(1 - NEAR_MODE, 1 + NEAR_MODE, 301)
-    return float(np.abs(evaluate(near)).max()) >= 1.0
-
-
 def require_sampling(sample_time: float, modes: Sequence[Mode]) -> None:
     """Refuse a sampling [s] in which a period of a mode has too few samples.
 
@@ -208,9 +202,8 @@ def require_sampling(sample_time: float, modes: Sequence[Mode]) -> None:
     ------
     ModelError : names the mode, and how often is enough.
     """
-    found = slow_sampling(sample_time, modes)
-    if found is not None:
-        raise ModelError(found)
+    if (why := slow_sampling(sample_time, modes)) is not None:
+        raise ModelError(why)
 
 
 def slow_sampling(sample_time: float, modes: Sequence[Mode]) -> str | None:
@@ -347,7 +340,7 @@ def _first_and_last(rows: Sequence[RunningMargins]) -> set[float]:
     locally least.
     """
     found: set[float] = set()
-    for loop in ("torque", "pitch"):
+    for loop in COMMANDS:
         acts = [loop in dict(row.loops) for row in rows]
         for k, (row, here) in enumerate(zip(rows, acts, strict=True)):
             before, after = acts[max(k - 1, 0)], acts[min(k + 1, len(rows) - 1)]
@@ -380,15 +373,10 @@ COMMANDS = ("torque", "pitch")
 STEPS = 4
 
 
-@dataclass(frozen=True, slots=True)
-class SmallMargin:
-    """A margin that is below the least one.
+class SmallMargin(NamedTuple):
+    """A margin ("gain", "phase" or "delay") of a command that is below the least one.
 
-    Attributes
-    ----------
-    kind : "gain", "phase" or "delay".
-    command : "torque", "pitch" or, for the delay, "torque and pitch".
-    share : of the least margin at which the loop is unstable, in steps; smaller is worse.
+    ``share`` : of the least margin at which the loop is unstable, in steps; smaller is worse.
     """
 
     kind: str
@@ -399,36 +387,24 @@ class SmallMargin:
 def small_margins(loop: RunningLoop) -> tuple[SmallMargin, ...]:
     """Return the margins of a stable loop that are below the least ones."""
     shares = np.arange(1, STEPS + 1) / STEPS
-    found = []
-    for place, command in enumerate(COMMANDS):
-        for kind in ("gain", "phase"):
-            bad = [share for share in shares if not _keeps(loop, place, kind, float(share))]
-            if bad:
-                found.append(SmallMargin(kind, command, float(bad[0])))
-    if not _stable(*_later(loop)):
-        found.append(SmallMargin("delay", "torque and pitch", 1.0))
-    return tuple(found)
-
-
-def _keeps(loop: RunningLoop, place: int, kind: str, share: float) -> bool:
-    if kind == "phase":
-        return _stable_with(loop, place, np.exp(1j * share * LEAST_PHASE))
-    factor = LEAST_GAIN**share
-    return all(_stable_with(loop, place, one) for one in (factor, 1 / factor))
-
-
-def _stable_with(loop: RunningLoop, place: int, factor: complex) -> bool:
-    factors = np.ones(2, dtype=np.complex128)
-    factors[place] = factor
-    return _stable(loop.A, loop.B * factors, loop.C)
-
-
-def _later(loop: RunningLoop) -> tuple[Floats, Floats, Floats]:
-    """Return the loop with both commands one sample later: they are two states more."""
-    n = len(loop.A)
-    A, B, C = np.zeros((n + 2, n + 2)), np.zeros((n + 2, 2)), np.zeros((2, n + 2))
-    A[:n, :n], A[:n, n:], B[n:], C[:, :n] = loop.A, loop.B, np.eye(2), loop.C
-    return A, B, C
+    factors: Mapping[str, Callable[[float], tuple[complex, ...]]] = {
+        "gain": lambda share: (LEAST_GAIN**share, LEAST_GAIN**-share),
+        "phase": lambda share: (np.exp(1j * share * LEAST_PHASE),),
+    }
+    small = []
+    for column, command in zip(np.eye(2), COMMANDS, strict=True):
+        for kind, factors_of in factors.items():
+            for share in shares.tolist():
+                bent = (1 + (factor - 1) * column for factor in factors_of(share))
+                if not all(_stable(loop.A, loop.B * each, loop.C) for each in bent):
+                    small.append(SmallMargin(kind, command, share))
+                    break
+    # With both commands one sample later they are two states more.
+    A = np.block([[loop.A, loop.B], [np.zeros((2, len(loop.A) + 2))]])
+    B = np.vstack([np.zeros_like(loop.B), np.eye(2)])
+    if not _stable(A, B, np.hstack([loop.C, np.zeros((2, 2))])):
+        small.append(SmallMargin("delay", "torque and pitch", 1.0))
+    return tuple(small)
 
 
 def _stable(A: Floats, B: Floats | Complex, C: Floats) -> bool:
@@ -496,15 +472,12 @@ def decisive_winds(loops: RunningLoops) -> tuple[float, ...]:
     """Return the whole winds, and three where pitch begins to act: the weakest place of it."""
     turbine = loops.plant.turbine
     whole = winds_between(turbine.cut_in, turbine.cut_out, 1.0)
-    acting = [wind for wind in fine_winds(loops) if _pitch_acts(loops, wind)]
+    acting = []
+    for wind in fine_winds(loops):
+        with suppress(NoEquilibrium):
+            if loops.rest(wind).plant[1] > turbine.pitch_min:
+                acting.append(wind)
     return tuple(sorted({*whole, *acting[:3]}))
-
-
-def _pitch_acts(loops: RunningLoops, wind: float) -> bool:
-    try:
-        return bool(loops.rest(wind).plant[1] > loops.plant.turbine.pitch_min)
-    except NoEquilibrium:
-        return False
 
 
 def _nodes(loops: RunningLoops) -> list[float]:

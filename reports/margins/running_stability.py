@@ -21,9 +21,9 @@ All figures are floating point: measured, and not proved.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees, pi
-from typing import TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from takagi.certificates.design.turbine.effort_sharing_gains import (
     wind_by_wind_law,
@@ -42,7 +42,6 @@ from takagi.reports.margins.running_over_wind import (
     GROWTH,
     LEAST_GAIN,
     LEAST_PHASE,
-    Mode,
     SmallMargin,
     decisive_winds,
     fine_winds,
@@ -79,14 +78,10 @@ _WAKE_WORDS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class UnstableLoop:
-    """The loop grows at some winds.
+class UnstableLoop(NamedTuple):
+    """The loop grows at some winds: where it grows fastest, what part does it, and what helps.
 
-    Attributes
-    ----------
-    reason : the wind at which it grows fastest, how fast, what part does it, and what helps.
-    by_filter : whether the turbine's default wind filter makes it stable at all these winds.
+    ``by_filter`` : whether the turbine's default wind filter makes it stable at all these winds.
     """
 
     reason: str
@@ -133,32 +128,15 @@ def unstable_loop(loops: RunningLoops, settings: DesignSettings, tell: Tell) -> 
     else:
         tell(f"unstable at {worst:g} m/s; looking for the part that does it")
         part, change = _culprit(loops, lambda one: not unstable(one, [worst], which))
-
-        def tried_now(option: str) -> None:
-            tell(f"unstable at {worst:g} m/s; trying {option}")
-
-        tried = _cures(loops, settings, [*bad], which, tried_now)
-        ways = [*([change] if change else []), *tried]
-        what = f"{part}{' or '.join(ways) or NO_CURE} makes it stable"
-    return UnstableLoop(
-        sentence(
-            WORDS,
-            "unstable",
-            wind=worst,
-            plant=_plant_words(which),
-            sample=SAMPLE * 1e3,
-            growth=bad[worst],
-            winds=wind_ranges([*bad], [*rates]),
-            what=what,
-        ),
-        by_filter,
-    )
-
-
-def _plant_words(which: PlantChoice) -> str:
-    if which == NOMINAL:
-        return ""
-    return f" with inertia {which[0]:g} of nominal and {_WAKE_WORDS[which[1]]}"
+        trying = f"unstable at {worst:g} m/s; trying"
+        tried = _cures(loops, settings, [*bad], which, lambda option: tell(f"{trying} {option}"))
+        what = f"{part}{' or '.join(filter(None, [change, *tried])) or NO_CURE} makes it stable"
+    plant = f" with inertia {which[0]:g} of nominal and {_WAKE_WORDS[which[1]]}"
+    reason = sentence(
+        WORDS, "unstable", wind=worst, plant="" if which == NOMINAL else plant,
+        sample=SAMPLE * 1e3, growth=bad[worst], winds=wind_ranges([*bad], [*rates]), what=what,
+    )  # fmt: skip
+    return UnstableLoop(reason, by_filter)
 
 
 def _unstable_plant(
@@ -188,41 +166,36 @@ def _cures(
     """Return options of the command line that make the loop stable, one a kind."""
     effort, turbine = settings.effort or EffortSettings(), loops.plant.turbine
 
-    def narrower(factor: float) -> tuple[str, Callable[[], EffortSharingLaw]]:
-        number = _short(factor * effort.bandwidth)
-        changed = replace(settings, effort=replace(effort, bandwidth=number))
-        return f"--bandwidth {number:g}", lambda: wind_by_wind_law(turbine, changed)[1]
+    def law_of(**changed: Any) -> EffortSharingLaw:
+        return wind_by_wind_law(turbine, replace(settings, **changed))[1]
 
-    def slower(factor: float) -> tuple[str, Callable[[], EffortSharingLaw]]:
-        number = _short(factor * settings.wind_filter)
-        # The gains do not depend on the filter.
-        return f"--wind-filter {number:g}", lambda: _with_filter(loops, number)
-
-    def calmer(factor: float) -> tuple[str, Callable[[], EffortSharingLaw]]:
-        number = _short(factor * settings.effectiveness_share)
-        changed = replace(settings, effectiveness_share=number)
-        option = f"--pitch-effectiveness-share {number:g}"
-        return option, lambda: wind_by_wind_law(turbine, changed)[1]
-
-    def helps(option: str, law: Callable[[], EffortSharingLaw]) -> bool:
+    def helps(option: str, law_at: Callable[[float], EffortSharingLaw], number: float) -> bool:
         tell(option)
         try:
-            found = loops.other(law=law())
+            changed = loops.other(law=law_at(number))
         except ModelError:
             return False  # no gains with this number
-        if unstable(found, bad, which):
-            return False
-        if max(growths_over_wind(found).values(), default=1.0) > GROWTH:
-            return False
-        return _unstable_plant(found, settings) is None
+        return (
+            not unstable(changed, bad, which)
+            and max(growths_over_wind(changed).values(), default=1.0) <= GROWTH
+            and _unstable_plant(changed, settings) is None
+        )
 
-    kinds = (
-        [narrower(factor) for factor in BANDWIDTHS],
-        [slower(factor) for factor in FILTERS],
-        [calmer(factor) for factor in SHARES],
-    )
-    tried = (next((text for text, law in kind if helps(text, law)), None) for kind in kinds)
-    return [text for text in tried if text is not None]
+    kinds: tuple[tuple[str, float, Sequence[float], Callable[[float], EffortSharingLaw]], ...] = (
+        ("bandwidth", effort.bandwidth, BANDWIDTHS,
+         lambda number: law_of(effort=replace(effort, bandwidth=number))),
+        # The gains do not depend on the filter.
+        ("wind-filter", settings.wind_filter, FILTERS,
+         lambda number: _with_filter(loops, number)),
+        ("pitch-effectiveness-share", settings.effectiveness_share, SHARES,
+         lambda number: law_of(effectiveness_share=number)),
+    )  # fmt: skip
+    cures = []
+    for name, usual, factors, law_at in kinds:
+        numbers = (float(f"{factor * usual:.2g}") for factor in factors)
+        options = ((f"--{name} {number:g}", number) for number in numbers)
+        cures.append(next((text for text, n in options if helps(text, law_at, n)), ""))
+    return [option for option in cures if option]
 
 
 def _with_filter(loops: RunningLoops, time: float) -> EffortSharingLaw:
@@ -231,20 +204,16 @@ def _with_filter(loops: RunningLoops, time: float) -> EffortSharingLaw:
     return replace(law, wind_filter=time)
 
 
-def _short(number: float) -> float:
-    return float(f"{number:.2g}")
-
-
 def _culprit(loops: RunningLoops, good: Callable[[RunningLoops], bool]) -> tuple[str, str]:
     """Return the part without which a loop is good, and how to change it; "" for none."""
     plant, turbine = loops.plant, loops.plant.turbine
     for mode in plant_modes(plant):
-        if mode.name == "tower":
-            without, change = replace(plant, tower=False), "a stiffer tower"
-        else:
-            without, change = replace(plant, torsion=False), "a stiffer drivetrain"
-        if good(loops.other(plant=without)):
-            return sentence(WORDS, "mode", mode=_mode_words(mode)), change
+        without: dict[str, Any] = {mode.name: False}
+        if good(loops.other(plant=replace(plant, **without))):
+            words = f"the {mode.name} mode, {mode.frequency:.3g} rad/s "
+            words += f"({mode.frequency / 2 / pi:.3g} Hz),"
+            stiffer = "a stiffer tower" if mode.name == "tower" else "a stiffer drivetrain"
+            return sentence(WORDS, "mode", mode=words), stiffer
     drive = turbine.pitch_drive_frequency
     quicker = replace(turbine, pitch_drive_frequency=QUICKER * drive)
     if good(loops.other(plant=replace(plant, turbine=quicker))):
@@ -253,36 +222,27 @@ def _culprit(loops: RunningLoops, good: Callable[[RunningLoops], bool]) -> tuple
     return "", ""
 
 
-def _mode_words(mode: Mode) -> str:
-    return f"the {mode.name} mode, {mode.frequency:.3g} rad/s ({mode.frequency / 2 / pi:.3g} Hz),"
-
-
 def small_margin_note(loops: RunningLoops) -> str | None:
     """Return what is to be noted of a stable loop whose margins are small; None for none."""
-    met: dict[float, tuple[SmallMargin, ...]] = {}
-    winds = []
-    for wind in fine_winds(loops):
-        loop = loop_at(loops, wind)
-        if loop is not None:
-            winds.append(wind)
-            if found := small_margins(loop):
-                met[wind] = found
+    at_winds = ((wind, loop_at(loops, wind)) for wind in fine_winds(loops))
+    margins = {wind: small_margins(loop) for wind, loop in at_winds if loop is not None}
+    met = {wind: small for wind, small in margins.items() if small}
     if not met:
         return None
-    worst = min(met, key=lambda wind: min(one.share for one in met[wind]))
-    least = min(met[worst], key=lambda one: one.share)
-    part, change = _culprit(loops, lambda one: _without_small(one, worst))
+    worst = min(met, key=lambda wind: min(margin.share for margin in met[wind]))
+    least = min(met[worst], key=lambda margin: margin.share)
+
+    def without_small(changed: RunningLoops) -> bool:
+        loop = loop_at(changed, worst)
+        return loop is not None and not small_margins(loop)
+
+    part, change = _culprit(loops, without_small)
     part = part.replace("the loop is stable there: ", "the margin is larger there; ")
-    ways = [*([change] if change else []), *_ways(least)]
     return sentence(
         WORDS, "small margins", wind=worst, sample=SAMPLE * 1e3, least=_by_how_much(least),
-        winds=wind_ranges([*met], winds), part=part, ways=", ".join(ways),
+        winds=wind_ranges([*met], [*margins]), part=part,
+        ways=", ".join(filter(None, [change, *_ways(least)])),
     )  # fmt: skip
-
-
-def _without_small(loops: RunningLoops, wind: float) -> bool:
-    loop = loop_at(loops, wind)
-    return loop is not None and not small_margins(loop)
 
 
 def _by_how_much(one: SmallMargin) -> str:

@@ -95,7 +95,8 @@ def asked_margins(written: str) -> AskedMargins:
 def failed(rows: Sequence[RunningMargins], asked: AskedMargins) -> tuple[str, ...]:
     """Return a sentence for each threshold that is missed: the least figure, where, how often."""
     found = []
-    for kind, needed in _kinds(asked):
+    kinds = {"gain": asked.gain, "phase": asked.phase, "delay": asked.delay, "disk": asked.disk}
+    for kind, needed in kinds.items():
         below = [one for one in (_least(row, kind) for row in rows) if one.value < needed]
         if below:
             least = min(below, key=lambda one: one.value)
@@ -143,11 +144,6 @@ def modes_met(rows: Sequence[RunningMargins]) -> tuple[str, ...]:
             f"of the {loop} loop at {winds}: {advice}"
         )
     return tuple(found)
-
-
-def _kinds(asked: AskedMargins) -> list[tuple[str, float]]:
-    kinds = [("gain", asked.gain), ("phase", asked.phase), ("delay", asked.delay)]
-    return [*(entry for entry in kinds if entry[1] > (entry[0] == "gain")), ("disk", asked.disk)]
 
 
 def _least(row: RunningMargins, kind: str) -> _Least:

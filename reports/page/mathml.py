@@ -149,28 +149,18 @@ def readable(latex: str) -> str:
     of matrices with fractions further apart.
     """
     latex = SIGN_OF_A_NAME.sub(r"\1", latex)
-    return _displayed(_named(EXPONENT.sub(_power, _shortened(latex))))
+    latex = EXPONENT.sub(lambda power: rf" \cdot 10^{{{int(power[1])}}}", _shortened(latex))
+    latex = WORD.sub(lambda word: rf"\mathit{{{word['name']}}}" if word["name"] else word[0], latex)
+    # Two names side by side would read as one.
+    latex = BEFORE.sub(r"\1\, ", AFTER.sub(r"\1\, ", latex))
+    if r"\frac" in latex:
+        latex = latex.replace(r"\frac", r"\dfrac").replace("\\\\", r"\\[4pt]")
+    return latex
 
 
 def shortens(latex: str) -> bool:
     """Return whether ``readable`` rounds a coefficient of this formula."""
     return _shortened(latex) != latex
-
-
-def _named(latex: str) -> str:
-    named = WORD.sub(lambda word: rf"\mathit{{{word['name']}}}" if word["name"] else word[0], latex)
-    # Two names side by side would read as one.
-    return BEFORE.sub(r"\1\, ", AFTER.sub(r"\1\, ", named))
-
-
-def _power(exponent: re.Match[str]) -> str:
-    return rf" \cdot 10^{{{int(exponent[1])}}}"
-
-
-def _displayed(latex: str) -> str:
-    if r"\frac" not in latex:
-        return latex
-    return latex.replace(r"\frac", r"\dfrac").replace("\\\\", r"\\[4pt]")
 
 
 def _shortened(latex: str) -> str:

@@ -90,49 +90,6 @@ def table(
 
 
 @dataclass(frozen=True, slots=True)
-class Tile:
-    """One answer on the first screen of a page.
-
-    Attributes
-    ----------
-    name : what is asked, e.g. ``"safe start"``.
-    figures : the answer, each part on a line of its own.
-    basis : what it rests on: ``"proved"``, ``"linear, not proved"``, ``"simulated"``; may be empty.
-    beside : the same of another law, e.g. ``"LQR 1.47 s"``.
-    partial : whether less than the range that the file states is proved; the tile is amber then.
-    shortfall : what is less there, or worse.
-    """
-
-    name: str
-    figures: tuple[str, ...]
-    basis: str = ""
-    beside: str = ""
-    partial: bool = False
-    shortfall: str = "less than stated"
-
-
-@dataclass(frozen=True, slots=True)
-class ClaimRow:
-    """One claim as a reader needs it: what, how much, under which assumptions, what for.
-
-    Attributes
-    ----------
-    name, verdict : in plain words, and ``"PROVED"`` or another verdict.
-    number : the bound that is proved, with its unit; for another verdict the reason.
-    assumes : the assumptions of this claim alone.
-    why : why it matters.
-    text : the checker's own words, which the page folds.
-    """
-
-    name: str
-    verdict: str
-    number: str
-    assumes: str
-    why: str
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
 class Section:
     """One section: anchor, title, and what its template ``<anchor>.html.jinja`` is filled with."""
 

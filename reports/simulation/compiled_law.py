@@ -11,7 +11,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from takagi.models.laws.published.law import PublishedLaw, SwitchedLaw
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import TIME_STEP, History, Observer, simulate
 from takagi.models.simulation.compiled_loop import CompiledLaw, simulate_compiled
+from takagi.models.simulation.equations import Instructions
 from takagi.models.simulation.turbine_plant import SimulatedTurbine
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine
@@ -51,9 +52,6 @@ from takagi.reports.code.controller_program import (
 )
 from takagi.reports.code.program_reading import controller_program
 from takagi.reports.code.run import floats
-
-if TYPE_CHECKING:
-    from takagi.models.simulation.equations import Instructions
 
 _Result = TypeVar("_Result")
 # The programs of a file that are run; the others are the plant's.

@@ -1,18 +1,28 @@
-"""The laws to choose from: made from one design, or the law of a gain file, with its observer."""
+"""The laws to choose from: with gains found now, or the law of a gain file, with its observer."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 from takagi.certificates.checker.kernel.reader import member, number, numbers, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.design.given.turbine_law import law_from_gains
+from takagi.certificates.design.turbine.effort_sharing_gains import (
+    wind_by_wind_law,
+    wind_observer_design,
+)
+from takagi.certificates.design.turbine.published_law import designed_law, regional_design
+from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Law
+from takagi.models.laws.published.law import switched_law
+from takagi.models.laws.published.regional_schedule import Variant
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.turbine_plant import SpeedFilter
@@ -20,10 +30,6 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import derated
 from takagi.models.turbine.wind_observer import WindObserver
 from takagi.reports.output import read_words
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.models.laws.published.regional_schedule import Variant
 
 # The law's name, and what a reader of its numbers should know.
 LAW_NAMES: Mapping[str, str] = read_words("simulation/words.toml")["laws"]
@@ -35,9 +41,6 @@ DEFAULT_LAWS = ("coherent", "paper", "baseline")
 def default_laws(turbine: Turbine) -> tuple[str, ...]:
     """Return ``DEFAULT_LAWS``, without the reference's own where the turbine has none."""
     return DEFAULT_LAWS if turbine.baseline is not None else DEFAULT_LAWS[:-1]
-
-
-Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,42 +63,48 @@ def chosen_laws(
     names: Sequence[str],
     *,
     coupling_filter: str | None = None,
-    files: Sequence[Path] = (),
-    tell: Tell | None = None,
+    settings: DesignSettings | None = None,
 ) -> ChosenLaws:
-    """Return the named laws, in the order given, a name given twice once.
+    """Return the named laws, in the order given, a name given twice once; nothing is proved.
 
     Parameters
     ----------
     names : from ``LAW_NAMES``.
     coupling_filter : "saturated" or "sector", of Schulte's law; None takes the first.
-    files, tell : see ``design_turbine``.
+    settings : of a design; None takes the turbine's defaults.
 
     Raises
     ------
-    ModelError : no or an unknown name, a filter that is unknown or that no law has, or a design
-        that cannot be made.
+    ModelError : no or an unknown name, a filter that is unknown or that no law has, or gains that
+        cannot be found.
     """
     asked_for = require_law_names(names)
     variant = _require_variant(coupling_filter, asked_for)
     if asked_for == ("baseline",):
         return ChosenLaws({"baseline": BaselineLaw(turbine)}, None)
     # Imported here: the reference's own controller needs no solver.
-    from takagi.certificates.design.turbine.design import design_turbine
-    from takagi.certificates.design.turbine.scale import default_settings
+    from takagi.certificates.design.turbine.result import speed_filter
 
-    # Gains in two steps take seconds.
-    asked = replace(default_settings(turbine), law="coherent", synthesis="two-step")
-    design = design_turbine(turbine, asked, files=files, tell=tell)
-    laws = {name: _law(name, design, variant) for name in asked_for}
-    stopped = design.speed_filter
-    filters = dict.fromkeys(("coherent", "paper", "switched"), stopped) if stopped else {}
-    return ChosenLaws(laws, design.observer.observer, filters)
+    settings = settings or default_settings(turbine)
+    laws = {name: _law(name, turbine, settings, variant) for name in asked_for}
+    measured = speed_filter(settings)
+    filters = dict.fromkeys(("coherent", "paper", "switched"), measured) if measured else {}
+    return ChosenLaws(laws, studied_observer(turbine), filters)
+
+
+@lru_cache(maxsize=1)
+def studied_observer(turbine: Turbine) -> Any:
+    """Return what all laws share that read an estimate of the wind."""
+    return wind_observer_design(turbine, default_settings(turbine)).observer
+
+
+@lru_cache(maxsize=1)
+def _regional(turbine: Turbine) -> Any:
+    """Return what Schulte's laws share, whatever their overlaps."""
+    return regional_design(turbine)
 
 
 def _require_variant(given: str | None, names: Sequence[str]) -> Variant:
-    from takagi.models.laws.published.regional_schedule import Variant
-
     if given is None:
         return "saturated"
     if "paper" not in names:
@@ -125,18 +134,13 @@ def require_law_names(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _law(name: str, design: TurbineDesign, variant: Variant) -> Law:
-    if name == "coherent":
-        return design.law
+def _law(name: str, turbine: Turbine, settings: DesignSettings, variant: Variant) -> Law:
     if name == "baseline":
-        return BaselineLaw(design.turbine)
-    from takagi.certificates.design.turbine.published_law import designed_law
-    from takagi.models.laws.published.law import switched_law
-
+        return BaselineLaw(turbine)
+    if name == "coherent":
+        return wind_by_wind_law(turbine, settings)[1]
     # The emitted law: what is certified and what is simulated read the same gains.
-    asked = replace(design.settings, law="paper")
-    models = (design.partial_load, design.full_load, design.regional)
-    law = designed_law(design.turbine, asked, models, variant)
+    law = designed_law(turbine, replace(settings, law="paper"), _regional(turbine), variant)
     return switched_law(law) if name == "switched" else law
 
 

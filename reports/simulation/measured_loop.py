@@ -14,12 +14,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from takagi.certificates.design.turbine.result import claim_summary
+from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
 from takagi.models.arrays import Floats
 from takagi.models.laws.protocol import Law, law_words
 from takagi.models.simulation.baseline import BaselineLaw
@@ -43,9 +43,6 @@ from takagi.reports.margins.thresholds import RAISED_BY, AskedMargins, failed, m
 from takagi.reports.page.text import powers
 from takagi.reports.simulation.compiled_law import SampledLoop, in_threads
 from takagi.reports.simulation.laws import filed_laws
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
 
 STEP = 1.5
 DURATION, BEGIN = 90.0, 15.0

@@ -8,32 +8,42 @@ from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.plant import in_file_units
+from takagi.models.plant_simulation.runs import SampledProgram
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.program_reading import controller_program
 from takagi.reports.loops.plant_claims import proved_jumps
+from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
+from takagi.reports.loops.plant_motion import (
+    Outside,
+    PlantMotion,
+    ProgramLaw,
+    horizon,
+    motions,
+    settling_time,
+    uncertain_ends,
+)
+from takagi.reports.simulation.plant_figures import simulated_csv, simulated_figures
 from takagi.reports.simulation.plant_words import (
     SETTLED,
     PlantScenario,
     PlantSimulation,
+    as_markdown,
     cuts_by_command,
     in_proved_set,
     left_box,
     moving_disturbances,
+    notes,
     outside,
     resolved,
 )
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.plant_simulation.runs import SampledProgram
-    from takagi.reports.code.controller_program import ControllerProgram
-    from takagi.reports.loops.plant_loop import PlantLoop
-    from takagi.reports.loops.plant_motion import Outside, PlantMotion
 
 Start = tuple[str, Floats]
 # The number of corners of a box doubles with each state.
@@ -69,9 +79,6 @@ def simulate_plant(
     ModelError : a state or disturbance that the plant does not have, a duration that is not
         positive or ends before a disturbance begins, or a law in samples where there can be none.
     """
-    from takagi.reports.loops.plant_loop import plant_loop
-    from takagi.reports.loops.plant_motion import horizon, motions, uncertain_ends
-
     if duration is not None and not 0 < duration < np.inf:
         raise ModelError(f"duration = {duration:g} s was given; it must be positive")
     loop = plant_loop(design)
@@ -119,9 +126,7 @@ def require_begun(scenario: PlantScenario, duration: float) -> None:
 def _program_law(
     design: PlantDesign, loop: PlantLoop, scenario: PlantScenario, program: ControllerProgram | None
 ) -> Callable[[], SampledProgram]:
-    from takagi.reports.code.program_reading import controller_program
     from takagi.reports.gains_file.envelope import dump_gains, plant_gain_file
-    from takagi.reports.loops.plant_motion import ProgramLaw
 
     step = scenario.sample_time
     assert step is not None
@@ -146,8 +151,6 @@ def _program_law(
 
 def jump_motions(design: PlantDesign, loop: PlantLoop) -> tuple[PlantMotion, ...]:
     """Return the motions of the nominal plant from rest after the largest proved jumps."""
-    from takagi.reports.loops.plant_motion import Outside
-
     found: tuple[PlantMotion, ...] = ()
     for jump in proved_jumps(design):
         found += _after_jump(loop, jump, None, Outside())[:1]
@@ -158,8 +161,6 @@ def _after_jump(
     loop: PlantLoop, jump: Mapping[str, float], duration: float | None, comes: Outside
 ) -> tuple[PlantMotion, ...]:
     """Return the motions from rest after a jump, also at the ends of uncertain parameters."""
-    from takagi.reports.loops.plant_motion import motions, uncertain_ends
-
     names = [one.name for one in loop.plant.references]
     for name in jump:
         if name not in names:
@@ -214,9 +215,6 @@ def simulation_files(found: PlantSimulation) -> dict[str, bytes | str]:
     """Return relative name -> content: ``responses.csv``, ``simulation.json``, ``summary.md``,
     ``figures/``.
     """
-    from takagi.reports.simulation.plant_figures import simulated_csv, simulated_figures
-    from takagi.reports.simulation.plant_words import as_markdown
-
     figures = simulated_figures(found.loop, found.motions, found.scenario)
     return {
         "responses.csv": simulated_csv(found.loop, found.motions, found.scenario),
@@ -228,9 +226,6 @@ def simulation_files(found: PlantSimulation) -> dict[str, bytes | str]:
 
 def simulation_data(found: PlantSimulation) -> dict[str, Any]:
     """Return one row for each motion; deviations from rest, SI, unless the key says otherwise."""
-    from takagi.reports.loops.plant_motion import settling_time
-    from takagi.reports.simulation.plant_words import notes
-
     loop = found.loop
     return {
         "plant": loop.plant.name,

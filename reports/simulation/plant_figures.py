@@ -8,27 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.plant.plant import file_unit
+from takagi.models.plant.plant import Variable, file_unit
+from takagi.reports.figures.loops import Panel, motions_figure
+from takagi.reports.figures.plant.captioned import numbers_csv
 from takagi.reports.figures.plant.proved_set import phase_figure, planes
-from takagi.reports.figures.style import (
-    COLOURS,
-    GREY,
-    STYLES,
-    decimate,
-    figure_to_svg,
-    house_style,
-    new_figure,
-)
-from takagi.reports.output import csv_text
+from takagi.reports.figures.style import GREY, figure_to_svg
+from takagi.reports.loops.plant_loop import PlantLoop
+from takagi.reports.loops.plant_motion import PlantMotion
 from takagi.reports.simulation.plant_words import PlantScenario, moving_disturbances
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.models.plant.plant import Variable
-    from takagi.reports.loops.plant_loop import PlantLoop
-    from takagi.reports.loops.plant_motion import PlantMotion
 
 MOST_PANELS = 12
 _SHADE = "#f3d9c8"
@@ -64,37 +56,20 @@ def simulated_responses(
     rests.  Dashed: ends of a range.  Shaded: where a command was cut in any of the runs.
     """
     panels = _panels(loop, motions, scenario)[:MOST_PANELS]
-    valued = bool(motions[0].value.size)
-    shown = list(zip(motions, COLOURS, STYLES, strict=False))
-    rows = len(panels) + valued
-    with house_style():
-        figure, axes = new_figure(rows, 1, height=1.35 * rows + 1.0, share_x=True)
-        for one, (label, series, ends, rest, command, steps) in zip(axes, panels, strict=False):
-            for (motion, colour, style), values in zip(shown, series, strict=False):
-                stepped = "steps-post" if steps else "default"
-                one.plot(
-                    *decimate(motion.time, values), color=colour, linestyle=style,
-                    label=motion.name, drawstyle=stepped,
-                )  # fmt: skip
-            if rest is not None:
-                one.axhline(rest, color=GREY, lw=0.7, ls=":")
-            _limits(one, series, ends)
-            if command is not None:
-                _cuts(one, motions, command)
-            one.set_ylabel(label)
-        if valued:
-            for motion, colour, style in shown:
-                keep = motion.value > 1e-9
-                axes[-1].semilogy(
-                    motion.time[keep], motion.value[keep], color=colour, linestyle=style
-                )
-            axes[-1].axhline(1.0, color=GREY, lw=0.9, ls="--")
-            axes[-1].set_ylabel("V / level\n[-]")
-        axes[-1].set_xlim(0.0, max(float(motion.time[-1]) for motion in motions))
-        axes[-1].set_xlabel("time [s]")
-        handles, names = axes[0].get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 2))
-    return figure
+
+    def finish(axes: Axes, k: int) -> None:
+        if k == len(panels):
+            axes.axhline(1.0, color=GREY, lw=0.9, ls="--")
+            return
+        _, series, ends, rest, command, _ = panels[k]
+        if rest is not None:
+            axes.axhline(rest, color=GREY, lw=0.7, ls=":")
+        _limits(axes, series, ends)
+        if command is not None:
+            _cuts(axes, motions, command)
+
+    shown = [Panel(label, series, held) for label, series, *_, held in panels]
+    return motions_figure(motions, shown, finish, height=1.35, legend_columns=2)
 
 
 def simulated_csv(loop: PlantLoop, motions: Sequence[PlantMotion], scenario: PlantScenario) -> str:
@@ -120,7 +95,7 @@ def simulated_csv(loop: PlantLoop, motions: Sequence[PlantMotion], scenario: Pla
         columns += [motion.value] if valued else []
         rows.append(np.column_stack(columns))
     heads += ["V/level [-]"] * valued
-    return csv_text(heads, ([f"{value:.8g}" for value in row] for row in np.concatenate(rows)))
+    return numbers_csv(heads, np.concatenate(rows))
 
 
 # Label, one series for each motion, ends of the range, rest, number of the command, held or not.
@@ -131,34 +106,36 @@ def _panels(
     loop: PlantLoop, motions: Sequence[PlantMotion], scenario: PlantScenario
 ) -> list[_Panel]:
     held = loop.discrete or scenario.sample_time is not None
-    found: list[_Panel] = []
-    for k, (variable, rest) in enumerate(zip(loop.plant.states, loop.state, strict=True)):
-        size, _ = file_unit(variable)
-        series = [(rest + motion.state[:, k]) / size for motion in motions]
-        ends = _ends(variable)
-        found.append((_label(variable), series, ends, rest / size, None, loop.discrete))
-    for k, variable in enumerate(loop.plant.inputs):
-        series = [motion.input[:, k] / file_unit(variable)[0] for motion in motions]
-        found.append((_label(variable), series, _ends(variable), None, k, held))
-    blended = () if loop.blend is None else loop.blend.blending.actuators
-    for k, actuator in enumerate(blended):
-        variable = actuator.variable
-        series = [motion.acting[:, k] / file_unit(variable)[0] for motion in motions]
-        place = len(loop.plant.inputs) + k
-        found.append((_label(variable), series, _ends(variable), None, place, held))
-    for k, variable in enumerate(moving_disturbances(scenario, loop.plant)):
-        series = [motion.disturbance[:, k] / file_unit(variable)[0] for motion in motions]
-        found.append((_label(variable), series, _ends(variable), None, None, loop.discrete))
-    return found
 
+    def panel(
+        variable: Variable,
+        values: Sequence[Floats],
+        *,
+        rest: float | None = None,
+        command: int | None = None,
+    ) -> _Panel:
+        side, (size, unit) = variable.range, file_unit(variable)
+        ends = None if side is None else (float(side.lower) / size, float(side.upper) / size)
+        shown_rest = None if rest is None else rest / size
+        series = [each / size for each in values]
+        steps = loop.discrete if command is None else held
+        return f"{variable.name}\n[{unit}]", series, ends, shown_rest, command, steps
 
-def _label(variable: Variable) -> str:
-    return f"{variable.name}\n[{file_unit(variable)[1]}]"
-
-
-def _ends(variable: Variable) -> tuple[float, float] | None:
-    side, (size, _) = variable.range, file_unit(variable)
-    return None if side is None else (float(side.lower) / size, float(side.upper) / size)
+    commanded = [(v, [motion.input[:, k] for motion in motions])
+                 for k, v in enumerate(loop.plant.inputs)]  # fmt: skip
+    for k, actuator in enumerate(() if loop.blend is None else loop.blend.blending.actuators):
+        commanded.append((actuator.variable, [motion.acting[:, k] for motion in motions]))
+    return [
+        *(
+            panel(v, [rest + motion.state[:, k] for motion in motions], rest=rest)
+            for k, (v, rest) in enumerate(zip(loop.plant.states, loop.state, strict=True))
+        ),
+        *(panel(v, values, command=k) for k, (v, values) in enumerate(commanded)),
+        *(
+            panel(v, [motion.disturbance[:, k] for motion in motions])
+            for k, v in enumerate(moving_disturbances(scenario, loop.plant))
+        ),
+    ]
 
 
 def _limits(axes: Axes, series: Sequence[Floats], ends: tuple[float, float] | None) -> None:

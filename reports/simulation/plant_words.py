@@ -5,30 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import floor, log10
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.models.blending.blending import blending_of
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.plant import (
+    Plant,
+    Variable,
     file_unit,
     in_file_units,
     range_in_file_units,
     time_in_file_units,
 )
+from takagi.models.plant_simulation.runs import Cut, SampledProgram
 from takagi.models.plant_simulation.signals import Noise, Pulse, Ramp, Signal, Signals, Sine, Step
 from takagi.reports.loops.plant_claims import withstood
-from takagi.reports.loops.plant_loop import proved_claims
-from takagi.reports.loops.plant_motion import Outside, settling_time
+from takagi.reports.loops.plant_loop import PlantLoop, proved_claims
+from takagi.reports.loops.plant_motion import Outside, PlantMotion, settling_time
 from takagi.reports.output import sentence
 from takagi.reports.page.text import behind
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.plant.plant import Plant, Variable
-    from takagi.models.plant_simulation.runs import Cut, SampledProgram
-    from takagi.reports.loops.plant_loop import PlantLoop
-    from takagi.reports.loops.plant_motion import PlantMotion
 
 WORDS = "simulation/words.toml"
 # A value of noise without a given time is held for this share of the fastest time constant.
@@ -113,8 +110,6 @@ def outside(
 
 def moving_disturbances(scenario: PlantScenario, plant: Plant) -> tuple[Variable, ...]:
     """Return the disturbances that vary, in the order of the plant."""
-    from takagi.models.blending.blending import blending_of
-
     blending = blending_of(plant)
     written = plant if blending is None else blending.plant
     known = {v.name: v for v in written.disturbances}
@@ -136,8 +131,6 @@ def moving_disturbances(scenario: PlantScenario, plant: Plant) -> tuple[Variable
 
 def in_words(scenario: PlantScenario, plant: Plant) -> list[str]:
     """Return a text for each signal, in the units of the plant's file."""
-    from takagi.models.blending.blending import blending_of
-
     blending = blending_of(plant)
     variables = plant.variables + (() if blending is None else blending.plant.disturbances)
     known = {v.name: v for v in variables}
@@ -302,7 +295,8 @@ def columns(found: PlantSimulation) -> tuple[list[str], list[list[str]]]:
         settled = settling_time(motion, SETTLED)
         row.append("-" if np.isnan(settled) else f"{settled:.3g}")
         row.append({True: "yes", False: "no", None: "none"}[in_proved_set(loop, motion)])
-        row.append(_ended(found, motion))
+        left = motion.whole and left_box(loop, motion) is not None
+        row.append("left the box" if left else _ENDED[motion.ended])
         rows.append(row)
     return heads, rows
 
@@ -439,8 +433,8 @@ def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[
     if variable is None:
         return []
     size, unit = file_unit(variable)
-    place = [one for one, _ in found.scenario.disturbances]
-    moved = list(dict.fromkeys(v for v in _moving(found) if v in place)).index(name)
+    moving = moving_disturbances(found.scenario, found.loop.plant)
+    moved = [v.name for v in moving].index(name)
     values = np.concatenate([motion.disturbance[:, moved] for motion in found.motions])
     off = float(np.abs(values - float(variable.rest)).max())
     side = variable.range
@@ -460,16 +454,6 @@ def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[
             f"for {in_file_units(variable, proved)})"
         ]
     return []
-
-
-def _moving(found: PlantSimulation) -> list[str]:
-    """Return the names of the disturbances that vary, in the order of ``disturbance``."""
-    return [v.name for v in moving_disturbances(found.scenario, found.loop.plant)]
-
-
-def _ended(found: PlantSimulation, motion: PlantMotion) -> str:
-    left = motion.whole and left_box(found.loop, motion) is not None
-    return "left the box" if left else _ENDED[motion.ended]
 
 
 def _figure(value: float) -> str:

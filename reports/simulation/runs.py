@@ -202,9 +202,11 @@ def run_simulation(
     """
     parts = parts or PlantParts()
     plant = simulation_plant(turbine, parts)
+    # The low-pass that is exported with a law, unless another is given.
+    own_filters = chosen.speed_filters if parts.speed_filter is None else {}
     loops = {
         name: SampledLoop(
-            _with_own_filter(plant, name, chosen, parts),
+            replace(plant, speed_filter=own_filters.get(name, plant.speed_filter)),
             law,
             chosen.observer,
             sample_time=sample_time,
@@ -217,15 +219,6 @@ def run_simulation(
     return Simulation(
         turbine, words, parts, tuple(winds), chosen, runs, sample_time, computation_time
     )
-
-
-def _with_own_filter(
-    plant: SimulatedTurbine, name: str, chosen: ChosenLaws, parts: PlantParts
-) -> SimulatedTurbine:
-    """Return the plant with the low-pass that is exported with a law, unless another is given."""
-    if parts.speed_filter is not None or name not in chosen.speed_filters:
-        return plant
-    return replace(plant, speed_filter=chosen.speed_filters[name])
 
 
 def _runs(

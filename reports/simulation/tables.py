@@ -177,10 +177,8 @@ def series_csv(history: History) -> str:
         "tower-top displacement [m]": history.tower_displacement,
         "tower-base moment [N m]": history.tower_moment,
     }
-    lines = [",".join(columns)]
     table = np.column_stack(list(columns.values()))[::stride]
-    lines += [",".join(f"{value:.7g}" for value in row) for row in table.tolist()]
-    return "\n".join(lines) + "\n"
+    return csv_text(columns, ([f"{value:.7g}" for value in row] for row in table.tolist()))
 
 
 def _row(run: Run) -> dict[str, Any]:

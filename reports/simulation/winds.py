@@ -18,10 +18,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,10 +33,11 @@ from takagi.models.simulation.wind import (
     coherent_gust_wind,
     gust_wind,
     ramp_wind,
+    read_full_field,
+    read_wind_table,
     steady_wind,
     step_wind,
 )
-from takagi.models.simulation.wind_files import read_full_field, read_wind_table
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 
@@ -54,8 +55,7 @@ SUFFIXES = (".csv", ".bts")
 DEFAULT_WINDS = ("paper",)
 
 
-@dataclass(frozen=True, slots=True)
-class _Asked:
+class _Asked(NamedTuple):
     """What the makers of winds read: the turbine, duration [s] and seed."""
 
     turbine: Turbine
@@ -66,6 +66,11 @@ class _Asked:
     def begin(self) -> float:
         """When a gust begins [s]: early, so that most of the record shows how the loop settles."""
         return min(30.0, self.duration / 4)
+
+    @property
+    def rated(self) -> float:
+        """Rated wind [m/s]."""
+        return round(rated_wind(self.turbine), 2)
 
     def gust(self, mean: float) -> WindSeries:
         radius = self.turbine.rotor_radius
@@ -98,19 +103,17 @@ def _paper(asked: _Asked) -> tuple[WindSeries, ...]:
 
 
 def _steps(asked: _Asked) -> tuple[WindSeries, ...]:
-    rated = round(rated_wind(asked.turbine), 2)
-    low, high = rated - HALF_STEP, rated + HALF_STEP
+    low, high = asked.rated - HALF_STEP, asked.rated + HALF_STEP
     return asked.step(low, high), asked.step(high, low)
 
 
 def _gusts(asked: _Asked) -> tuple[WindSeries, ...]:
-    rated = round(rated_wind(asked.turbine), 2)
-    return tuple(map(asked.gust, (rated - 2.5, rated, rated + 4.5)))
+    return tuple(asked.gust(asked.rated + distance) for distance in (-2.5, 0.0, 4.5))
 
 
 def _coherent(asked: _Asked) -> tuple[WindSeries, ...]:
     # From partial load the gust ends at full load, 15 m/s higher.
-    return (asked.coherent(round(rated_wind(asked.turbine), 2) - 4.0),)
+    return (asked.coherent(asked.rated - 4.0),)
 
 
 def _ramps(asked: _Asked) -> tuple[WindSeries, ...]:
@@ -119,8 +122,7 @@ def _ramps(asked: _Asked) -> tuple[WindSeries, ...]:
     return (WindSeries(share * asked.duration, speed, "ramp 8 to 14 to 8 m/s"),)
 
 
-@dataclass(frozen=True, slots=True)
-class _Form:
+class _Form(NamedTuple):
     """A word and what may stand behind it.
 
     Attributes
@@ -137,11 +139,6 @@ class _Form:
     one: Callable[..., WindSeries] | None
     alone: Callable[[_Asked], tuple[WindSeries, ...]] | None = None
     seeded: bool = False
-
-    @property
-    def spelling(self) -> str:
-        """How the values are typed behind the word."""
-        return "".join(f":{name}" for name in self.numbers)
 
 
 FORMS: Mapping[str, _Form] = MappingProxyType(
@@ -200,9 +197,8 @@ def requested_winds(
     if seed is not None and seed < 0:
         raise ModelError(f"seed {seed} was given; it must be 0 or more")
     words = [text.strip() for text in texts]
-    if seed is not None and not any(
-        text.partition(":")[0] in FORMS and FORMS[text.partition(":")[0]].seeded for text in words
-    ):
+    forms = [FORMS.get(text.partition(":")[0], _STEADY) for text in words]
+    if seed is not None and not any(form.seeded for form in forms):
         raise ModelError(
             f"seed {seed} was given, but {', '.join(words)} has no turbulence; leave the seed out"
         )
@@ -214,9 +210,8 @@ def winds_words(texts: Sequence[str]) -> str:
     """Return what is asked for as a sentence's beginning."""
     about = []
     for text in texts:
-        word = text.strip().partition(":")[0]
-        known = FORMS[word].about if word in FORMS else _STEADY.about
-        about.append(f"the wind of {text}" if _is_file(text) else known)
+        form = FORMS.get(text.strip().partition(":")[0], _STEADY)
+        about.append(f"the wind of {text}" if _is_file(text) else form.about)
     return "; ".join(dict.fromkeys(about))
 
 
@@ -257,9 +252,9 @@ def _values(turbine: Turbine, text: str, form: _Form, values: Sequence[str]) -> 
     """Return the values behind a word: winds inside cut-in to cut-out, a class, a seed."""
     word = text.partition(":")[0]
     if not form.needed <= len(values) <= len(form.numbers):
-        listed = f"{word}{form.spelling}" if form.numbers else word
         raise ModelError(
-            f"wind {text!r}: {len(values)} values stand behind {word}; it is written {listed}"
+            f"wind {text!r}: {len(values)} values stand behind {word}; it is written "
+            + ":".join((word, *form.numbers))
             + (f", of which the first {form.needed} are needed" if form.needed else "")
         )
     given: list[float | str] = []

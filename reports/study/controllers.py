@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +20,8 @@ from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.simulation.closed_loop import Diverged, History
 from takagi.models.simulation.scenario import measure
+from takagi.models.simulation.wind import WindSeries
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import TurbineFile
 from takagi.reports.output import read_words
 from takagi.reports.simulation.runs import PlantParts, run_simulation, simulation_plant
@@ -39,10 +41,6 @@ from takagi.reports.study.rosco import (
     shipped_tuning,
     simulate_rosco,
 )
-
-if TYPE_CHECKING:
-    from takagi.models.simulation.wind import WindSeries
-    from takagi.models.turbine.data import Turbine
 
 OURS, REFERENCE, ROSCO = "effort-sharing", "reference", "rosco-"
 # By the name that is typed: the name in files.
@@ -208,7 +206,6 @@ def run_controllers_study(
 def motion(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: a law in turbulence about one mean wind, seed by seed."""
     law = str(inputs["law"])
-    run = _rosco_run if "tuning" in inputs else _law_run
     rows = []
     for seed in inputs["seeds"]:
         (wind,) = requested_winds(
@@ -217,20 +214,18 @@ def motion(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
             duration=inputs["duration"] + SETTLING,
         )
         row: dict[str, Any] = {"seed": seed, "reason": ""}
-        history = run(turbine, inputs, wind)
+        if "tuning" in inputs:
+            history = _rosco_run(turbine, inputs, wind)
+        else:
+            asked = canonical({"law": LAWS[law], "settings": {}})
+            (run,) = run_simulation(turbine, studied_law(turbine, asked), [wind]).runs
+            history = run.history or run.remarks()[0]
         if isinstance(history, str):
             row["reason"] = f"{words_of(law)}, {wind.name}: {history}"
         else:
             row |= asdict(measure(_counted(history), turbine))
         rows.append(row)
     return {"runs": rows}
-
-
-def _law_run(turbine: Turbine, inputs: Mapping[str, Any], wind: WindSeries) -> History | str:
-    asked = canonical({"law": LAWS[inputs["law"]], "settings": {}})
-    chosen = studied_law(turbine, asked)
-    (run,) = run_simulation(turbine, chosen, [wind]).runs
-    return run.history or run.remarks()[0]
 
 
 def _rosco_run(turbine: Turbine, inputs: Mapping[str, Any], wind: WindSeries) -> History | str:

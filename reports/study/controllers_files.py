@@ -8,8 +8,9 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import product
 from math import exp, gamma, isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +32,7 @@ RESAMPLES, SEED = 5000, 1
 HOURS_A_YEAR = 8760.0
 
 
-@dataclass(frozen=True, slots=True)
-class Interval:
+class Interval(NamedTuple):
     """A figure and its interval of 95 %."""
 
     value: float
@@ -143,8 +143,7 @@ def lifetime_load(loads: Floats, shares: Floats, exponent: float) -> Interval:
 FILES = ("controllers.md", "controllers.json", "study.csv")
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(NamedTuple):
     """A metric in tables: its words and unit, and whether more of it is better."""
 
     words: str
@@ -233,8 +232,7 @@ def paired_ratio(values: Any, others: Any, shares: Any, exponent: float) -> Inte
     return Interval.of(float(share(damage.mean(), other.mean())), drawn)
 
 
-@dataclass(frozen=True, slots=True)
-class Worse:
+class Worse(NamedTuple):
     """Where ours is worse than another law: a metric, and the differences that are clear by wind.
 
     ``unclear`` are the winds at which the mean is worse and the interval contains 0.
@@ -248,18 +246,14 @@ class Worse:
 
 def where_worse(study: ControllersStudy) -> Iterator[Worse]:
     """Yield every metric in which the effort-sharing law is worse than another law somewhere."""
-    if OURS not in study.finished:
-        return
-    for other in study.finished:
-        for name, quantity in QUANTITIES.items():
-            sign = -1 if quantity.more else 1
-            by_wind = {
-                v: difference(study, OURS, other, name, k) for k, v in enumerate(study.means)
-            }
-            worse = {v: d for v, d in by_wind.items() if sign * d.value > 0}
-            clear = {v: d for v, d in worse.items() if d.is_clear}
-            if other != OURS and worse:
-                yield Worse(other, name, clear, tuple(v for v in worse if v not in clear))
+    others = [law for law in study.finished if law != OURS] if OURS in study.finished else []
+    for other, (name, quantity) in product(others, QUANTITIES.items()):
+        sign = -1 if quantity.more else 1
+        by_wind = {v: difference(study, OURS, other, name, k) for k, v in enumerate(study.means)}
+        worse = {v: d for v, d in by_wind.items() if sign * d.value > 0}
+        clear = {v: d for v, d in worse.items() if d.is_clear}
+        if worse:
+            yield Worse(other, name, clear, tuple(v for v in worse if v not in clear))
 
 
 def _json(study: ControllersStudy, year: Weibull) -> str:
@@ -279,18 +273,18 @@ def _json(study: ControllersStudy, year: Weibull) -> str:
             law: {
                 "words": words_of(law),
                 "metrics": {
-                    name: [asdict(mean_interval(row)) for row in study.values(law, name)]
+                    name: [mean_interval(row)._asdict() for row in study.values(law, name)]
                     for name in QUANTITIES
                 },
                 "differences": {
                     name: [
-                        asdict(difference(study, law, compared, name, k))
+                        difference(study, law, compared, name, k)._asdict()
                         for k in range(len(study.means))
                     ]
                     for name in (QUANTITIES if compared not in (None, law) else ())
                     if compared
                 },
-                "year": {k: asdict(v) for k, v in year_totals(study, law, year).items()},
+                "year": {k: v._asdict() for k, v in year_totals(study, law, year).items()},
             }
             for law in study.finished
         },
@@ -298,7 +292,7 @@ def _json(study: ControllersStudy, year: Weibull) -> str:
             {
                 "than": worse.other,
                 "metric": worse.name,
-                "clear": {f"{v:g}": asdict(d) for v, d in worse.clear.items()},
+                "clear": {f"{v:g}": d._asdict() for v, d in worse.clear.items()},
                 "unclear": list(worse.unclear),
             }
             for worse in where_worse(study)
@@ -355,18 +349,17 @@ def _worse_row(worse: Worse) -> dict[str, object]:
 def _by_wind(
     study: ControllersStudy, name: str, compared: str | None = None
 ) -> list[dict[str, object]]:
-    rows = []
-    for law in study.finished:
-        if law == compared:
-            continue
-        row: dict[str, object] = {"law": words_of(law)}
-        for k, wind in enumerate(study.means):
-            if compared is None:
-                row[f"{wind:g} m/s"] = float(study.values(law, name)[k].mean())
-            else:
-                row[f"{wind:g} m/s"] = _with_interval(difference(study, law, compared, name, k))
-        rows.append(row)
-    return rows
+    def cell(law: str, k: int) -> object:
+        if compared is None:
+            return float(study.values(law, name)[k].mean())
+        return _with_interval(difference(study, law, compared, name, k))
+
+    winds = {f"{wind:g} m/s": k for k, wind in enumerate(study.means)}
+    return [
+        {"law": words_of(law), **{head: cell(law, k) for head, k in winds.items()}}
+        for law in study.finished
+        if law != compared
+    ]
 
 
 def _with_interval(figure: Interval) -> str:
@@ -412,9 +405,8 @@ def _panel(axes: Axes, study: ControllersStudy, name: str) -> None:
     files = [law for law in study.finished if law not in LOOKS]
     every = []
     for law in study.finished:
-        colour, line, width = LOOKS.get(
-            law, (OTHERS[files.index(law) % 2] if law in files else "", "-.", 1.4)
-        )
+        other = OTHERS[files.index(law) % 2] if law in files else ""
+        colour, line, width = LOOKS.get(law, (other, "-.", 1.4))
         if compared is None:
             figures = [mean_interval(row) for row in study.values(law, name)]
         else:

@@ -12,8 +12,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.design.turbine.settings import check_limits
 from takagi.certificates.document.certificate_file import files_sha256
 from takagi.certificates.sweep.sweep import (
     SPEED,
@@ -28,11 +30,11 @@ from takagi.certificates.sweep.sweep import (
 )
 from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_tasks
 from takagi.models.errors import ModelError
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import TurbineFile
-
-if TYPE_CHECKING:
-    from takagi.models.turbine.data import Turbine
-    from takagi.reports.simulation.laws import ChosenLaws
+from takagi.reports.simulation.laws import ChosenLaws, chosen_laws
+from takagi.reports.simulation.runs import run_simulation
+from takagi.reports.simulation.winds import requested_winds
 
 CENTRED, EFFORT = "centred-overlap", "overlap"
 SEEDS, DURATION, SHORTEST = 6, 600.0, 10.0
@@ -100,6 +102,18 @@ class Point:
         settings = {self.series.setting: self.value, **dict(self.series.fixed)}
         return {"law": self.series.law, "settings": settings}
 
+    @property
+    def name(self) -> str:
+        """What varies, for machines."""
+        return self.series.kind.name if self.series else "reference"
+
+    @property
+    def words(self) -> dict[str, object]:
+        """The first cells of the point's row in a table: law and overlap."""
+        if self.series is None:
+            return {"law": "reference controller", "overlap": ""}
+        return {"law": self.series.words, "overlap": f"{self.value:g} {self.series.kind.unit}"}
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OverlapStudy:
@@ -159,8 +173,6 @@ def run_overlap_study(
     ModelError : an overlap that no law has, a wind outside the range, a duration too short; what
         ``run_tasks`` refuses.
     """
-    from takagi.reports.simulation.winds import requested_winds
-
     turbine = source.model
     means = next((axis.values for axis in axes if axis.name == WIND), MEANS)
     require_runs(seeds, duration)
@@ -206,9 +218,6 @@ def require_runs(seeds: int, duration: float) -> None:
 
 def _points(turbine: Turbine, axes: Sequence[Axis]) -> tuple[Point, ...]:
     """Return all points, the limits of whose settings are checked."""
-    from takagi.certificates.design.turbine.scale import default_settings
-    from takagi.certificates.design.turbine.settings import check_limits
-
     given = {axis.name: axis.values for axis in axes if axis.name != WIND}
     designed = default_settings(turbine)
     points = [Point(None)] if turbine.baseline is not None else []
@@ -246,9 +255,6 @@ def proof(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
 
 def motion(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: a law in turbulence about one mean wind, seed by seed."""
-    from takagi.reports.simulation.runs import run_simulation
-    from takagi.reports.simulation.winds import requested_winds
-
     chosen = studied_law(turbine, _asked(inputs))
     words = [f"turbulent:{inputs['mean']!r}:{TURBULENCE}:{seed}" for seed in inputs["seeds"]]
     winds = requested_winds(turbine, words, duration=inputs["duration"])
@@ -264,44 +270,9 @@ def _asked(inputs: Mapping[str, Any]) -> str:
     return canonical({"law": inputs["law"], "settings": inputs["settings"]})
 
 
-@lru_cache(maxsize=1)
-def _regional(turbine: Turbine) -> Any:
-    """Return what Schulte's laws share, whatever their overlaps."""
-    from takagi.certificates.design.turbine.published_law import regional_design
-
-    return regional_design(turbine)
-
-
-@lru_cache(maxsize=1)
-def studied_observer(turbine: Turbine) -> Any:
-    """Return what all laws share that read an estimate of the wind."""
-    from takagi.certificates.design.turbine.effort_sharing_gains import wind_observer_design
-    from takagi.certificates.design.turbine.scale import default_settings
-
-    return wind_observer_design(turbine, default_settings(turbine)).observer
-
-
 @lru_cache(maxsize=2)
 def studied_law(turbine: Turbine, asked: str) -> ChosenLaws:
     """Return a law with its observer and its filter of the measured speed."""
-    from takagi.certificates.design.turbine.effort_sharing_gains import wind_by_wind_law
-    from takagi.certificates.design.turbine.published_law import designed_law
-    from takagi.certificates.design.turbine.result import speed_filter
-    from takagi.certificates.design.turbine.scale import default_settings
-    from takagi.models.laws.published.law import switched_law
-    from takagi.models.simulation.baseline import BaselineLaw
-    from takagi.reports.simulation.laws import ChosenLaws
-
     inputs = json.loads(asked)
-    name = inputs["law"]
-    family = "coherent" if name == "coherent" else "paper"
-    settings = replace(default_settings(turbine), law=family, **inputs["settings"])
-    if name == REFERENCE:
-        return ChosenLaws({name: BaselineLaw(turbine)}, None)
-    if name == "coherent":
-        law: Any = wind_by_wind_law(turbine, settings)[1]
-    else:
-        law = designed_law(turbine, settings, _regional(turbine))
-        law = switched_law(law) if name == SWITCHED else law
-    filters = {name: measured} if (measured := speed_filter(settings)) else {}
-    return ChosenLaws({name: law}, studied_observer(turbine), filters)
+    settings = replace(default_settings(turbine), **inputs["settings"])
+    return chosen_laws(turbine, [inputs["law"]], settings=settings)

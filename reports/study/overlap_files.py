@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -31,11 +30,9 @@ PANELS = ("tower_del", "blade_del", "shaft_del", "mean_power")
 DECADES = 5.0
 # The front's figure ends at so many times the least load; numbers keep this distance [-].
 NEAR, CLOSE = 2.0, (0.07, 0.032)
-REFERENCE = "reference controller"
 
 
-@dataclass(frozen=True, slots=True)
-class Spread:
+class Spread(NamedTuple):
     """A figure over the seeds."""
 
     mean: float
@@ -43,8 +40,7 @@ class Spread:
     largest: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Row:
+class Row(NamedTuple):
     """A point in numbers; ``figures`` is empty where a run diverged or failed."""
 
     point: Point
@@ -55,7 +51,7 @@ class Row:
     @property
     def label(self) -> str:
         """The series in words."""
-        return self.point.series.words if self.point.series else REFERENCE
+        return str(self.point.words["law"])
 
     @property
     def proved(self) -> bool:
@@ -76,7 +72,7 @@ def study_rows(study: OverlapStudy) -> list[Row]:
                 seeds = _over_winds(name, values, weights)
                 figures[name] = Spread(float(seeds.mean()), float(seeds.min()), float(seeds.max()))
         rows.append(Row(point, proved, figures))
-    return [Row(r.point, r.proof, r.figures, _on_front(r, rows)) for r in rows]
+    return [row._replace(front=_on_front(row, rows)) for row in rows]
 
 
 def _over_winds(name: str, values: Any, weights: Any) -> Any:
@@ -92,12 +88,10 @@ def _on_front(row: Row, rows: Sequence[Row]) -> bool:
     if not row.figures:
         return False
     load, power = row.figures["tower_del"].mean, row.figures["mean_power"].mean
-    return not any(
-        (other.figures["tower_del"].mean < load and other.figures["mean_power"].mean >= power)
-        or (other.figures["tower_del"].mean <= load and other.figures["mean_power"].mean > power)
-        for other in rows
-        if other.figures
-    )
+    others = [
+        (r.figures["tower_del"].mean, r.figures["mean_power"].mean) for r in rows if r.figures
+    ]
+    return not any((x < load and y >= power) or (x <= load and y > power) for x, y in others)
 
 
 def study_files(study: OverlapStudy) -> dict[str, bytes | str]:
@@ -128,11 +122,8 @@ def study_files(study: OverlapStudy) -> dict[str, bytes | str]:
 
 
 def _cells(row: Row) -> dict[str, object]:
-    series, proof = row.point.series, row.proof or {}
-    cells: dict[str, object] = {
-        "law": row.label,
-        "overlap": f"{row.point.value:g} {series.kind.unit}" if series else "",
-    }
+    proof = row.proof or {}
+    cells = dict(row.point.words)
     for name, title in TITLES.items():
         spread = row.figures.get(name)
         cells[title] = spread and spread.mean
@@ -152,11 +143,7 @@ def _by_wind(study: OverlapStudy, name: str) -> list[dict[str, object]]:
     """Return the mean over the seeds, a row a point and a column a wind."""
     rows = []
     for point, runs in zip(study.points, study.runs, strict=True):
-        series = point.series
-        row: dict[str, object] = {
-            "law": series.words if series else REFERENCE,
-            "overlap": f"{point.value:g} {series.kind.unit}" if series else "",
-        }
+        row = dict(point.words)
         for wind in study.means:
             of_wind = [run for run in runs if run["wind"] == wind]
             failed = any(run["reason"] for run in of_wind)
@@ -171,7 +158,7 @@ def _csv(study: OverlapStudy) -> str:
     for point, runs in zip(study.points, study.runs, strict=True):
         series = point.series
         head = {
-            "series": series.kind.name if series else "reference",
+            "series": point.name,
             "unit": series.kind.unit if series else "",
             "overlap": point.value if series else None,
             "law": point.asked["law"],
@@ -189,14 +176,11 @@ def _json(study: OverlapStudy, rows: Sequence[Row]) -> str:
         "duration": study.duration,
         "points": [
             {
-                "series": row.point.series.kind.name if row.point.series else "reference",
+                "series": row.point.name,
                 "value": row.point.value if row.point.series else None,
                 **row.point.asked,
                 "front": row.front,
-                "figures": {
-                    name: {"mean": s.mean, "least": s.least, "largest": s.largest}
-                    for name, s in row.figures.items()
-                },
+                "figures": {name: spread._asdict() for name, spread in row.figures.items()},
                 "proof": row.proof,
             }
             for row in rows

@@ -29,7 +29,7 @@ from dataclasses import dataclass
 from math import degrees, isfinite
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -44,13 +44,10 @@ from takagi.models.simulation.closed_loop import (
     plant_step,
     step_counts,
 )
-from takagi.models.simulation.turbine_plant import advance
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, advance
+from takagi.models.simulation.wind import WindSeries
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
-
-if TYPE_CHECKING:
-    from takagi.models.simulation.turbine_plant import SimulatedTurbine
-    from takagi.models.simulation.wind import WindSeries
-    from takagi.models.turbine.data import Turbine
 
 PACKAGE = "rosco"
 NEEDED = "ROSCO is not installed: pip install 'takagi[compare]'"

@@ -14,29 +14,31 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from takagi.certificates.design.turbine.design import design_turbine
+from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.design.turbine.settings import DesignSettings, check_limits
 from takagi.certificates.document.certificate_file import files_sha256
 from takagi.certificates.sweep.tasks import RESULTS, Task, Tell, canonical, run_tasks
+from takagi.lmi.turbine.effort import EffortSettings
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.simulation.closed_loop import History
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import TurbineFile
 from takagi.reports.output import read_words
+from takagi.reports.simulation.laws import chosen_laws
+from takagi.reports.simulation.runs import run_simulation
+from takagi.reports.simulation.winds import requested_winds
 from takagi.reports.study.overlap import (
     REFERENCE,
     SHORTEST,
     TURBULENCE,
     studied_law,
-    studied_observer,
 )
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.settings import DesignSettings
-    from takagi.models.simulation.closed_loop import History
-    from takagi.models.turbine.data import Turbine
-    from takagi.reports.simulation.laws import ChosenLaws
 
 LAW = "coherent"
 MEANS, SEEDS, DURATION = (9.0, 11.0, 13.0, 15.0, 18.0), 2, 600.0
@@ -73,8 +75,6 @@ class Lever:
 
     def value(self, settings: DesignSettings) -> float:
         """Return the value that the settings have."""
-        from takagi.lmi.turbine.effort import EffortSettings
-
         if self.option in _EFFORT:
             return float(getattr(settings.effort or EffortSettings(), _EFFORT[self.option]))
         return float(getattr(settings, _SETTINGS[self.option]))
@@ -265,9 +265,6 @@ def tuned(
     """
     from scipy.optimize import Bounds, differential_evolution
 
-    from takagi.certificates.design.turbine.scale import default_settings
-    from takagi.reports.simulation.winds import requested_winds
-
     turbine, settings = source.model, default_settings(source.model)
     minimised, requirements = quantity_named(minimise), requirements_of(require)
     if turbine.baseline is None:
@@ -282,12 +279,8 @@ def tuned(
             f"tries, 1 seed and {SHORTEST:g} s are needed"
         )
     requested_winds(turbine, [f"{v:g}" for v in means])
-    inputs = {
-        "files": files_sha256(source.files),
-        "means": list(means),
-        "seeds": seeds,
-        "duration": duration,
-    }
+    inputs = {"files": files_sha256(source.files), "means": list(means), "seeds": seeds,
+              "duration": duration}  # fmt: skip
     candidates: dict[str, Candidate] = {}
     counted = [0, 0]
 
@@ -327,7 +320,8 @@ def tuned(
     # The stubs of scipy know no function in place of its pool of processes.
     batch: Any = costs
     differential_evolution(
-        _nothing,
+        # The function of one member is never called.
+        batch,
         Bounds(low, high),
         popsize=MEMBERS,
         maxiter=max(math.ceil(tries / generation) - 1, 0),
@@ -353,11 +347,6 @@ def tuned(
     return Tuning(minimised, requirements, judged[0], tuple(judged[1:]), len(candidates), *counted)
 
 
-def _nothing(_: Floats) -> float:
-    """Stand where scipy wants a function; ``workers`` measures whole generations."""
-    return 0.0
-
-
 def _rounded(member: Floats) -> dict[str, float]:
     values = (float(f"{value:.{DIGITS}g}") for value in member)
     return dict(zip((lever.option for lever in LEVERS), values, strict=True))
@@ -378,14 +367,11 @@ def _front(points: Sequence[Candidate], names: Sequence[str]) -> list[Candidate]
 # ------------------------------------------------------------------ tasks
 def behaviour(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: every quantity of the law with these settings."""
-    from takagi.reports.simulation.runs import run_simulation
-    from takagi.reports.simulation.winds import requested_winds
-
     try:
-        chosen = _law(turbine, inputs["at"])
+        chosen = chosen_laws(turbine, [LAW], settings=_settings(turbine, inputs["at"]))
     except ModelError as error:
         return {"error": str(error)}
-    reference = _reference(turbine, canonical(_winds(inputs)))
+    reference = _reference(turbine, canonical({k: inputs[k] for k in _WINDS}))
     words = _turbulence(inputs)
     turbulent = requested_winds(turbine, words, duration=inputs["duration"])
     runs = run_simulation(turbine, chosen, turbulent, series=False).runs
@@ -412,6 +398,7 @@ def behaviour(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     return {"values": {name: float(f"{value:.6g}") for name, value in values.items()}}
 
 
+_WINDS = ("means", "seeds", "duration")
 _RATIOS = {
     "tower-del": "tower_del",
     "blade-del": "blade_del",
@@ -422,8 +409,6 @@ _RATIOS = {
 
 def proof(turbine: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return a task's result: what the checker says of the certificate of `takagi design`."""
-    from takagi.certificates.design.turbine.design import design_turbine
-
     try:
         design = design_turbine(turbine, _settings(turbine, inputs["at"]))
     except ModelError as error:
@@ -448,15 +433,7 @@ def _turbulence(inputs: Mapping[str, Any]) -> list[str]:
     return [f"turbulent:{v!r}:{TURBULENCE}:{s}" for v in inputs["means"] for s in seeds]
 
 
-def _winds(inputs: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: inputs[name] for name in ("means", "seeds", "duration")}
-
-
 def _settings(turbine: Turbine, at: Mapping[str, float]) -> DesignSettings:
-    from takagi.certificates.design.turbine.scale import default_settings
-    from takagi.certificates.design.turbine.settings import check_limits
-    from takagi.lmi.turbine.effort import EffortSettings
-
     settings = default_settings(turbine)
     of_effort: dict[str, Any] = {_EFFORT[k]: v for k, v in at.items() if k in _EFFORT}
     direct: dict[str, Any] = {_SETTINGS[k]: v for k, v in at.items() if k in _SETTINGS}
@@ -466,23 +443,9 @@ def _settings(turbine: Turbine, at: Mapping[str, float]) -> DesignSettings:
     return settings
 
 
-def _law(turbine: Turbine, at: Mapping[str, float]) -> ChosenLaws:
-    from takagi.certificates.design.turbine.effort_sharing_gains import wind_by_wind_law
-    from takagi.certificates.design.turbine.result import speed_filter
-    from takagi.reports.simulation.laws import ChosenLaws
-
-    settings = _settings(turbine, at)
-    law = wind_by_wind_law(turbine, settings)[1]
-    filters = {LAW: measured} if (measured := speed_filter(settings)) else {}
-    return ChosenLaws({LAW: law}, studied_observer(turbine), filters)
-
-
 @lru_cache(maxsize=1)
 def _reference(turbine: Turbine, winds: str) -> dict[str, list[float]]:
     """Return the reference controller's metrics in the same turbulence, once in each process."""
-    from takagi.reports.simulation.runs import run_simulation
-    from takagi.reports.simulation.winds import requested_winds
-
     inputs = json.loads(winds)
     chosen = studied_law(turbine, canonical({"law": REFERENCE, "settings": {}}))
     asked = requested_winds(turbine, _turbulence(inputs), duration=inputs["duration"])

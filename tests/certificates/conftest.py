@@ -2,28 +2,32 @@
 
 from __future__ import annotations
 
+import sys
 from copy import deepcopy
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from takagi.certificates.claims.turbine.cell_loop import SHRINK, EffortSharingCandidate
 from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
     effort_sharing_claim,
 )
-from takagi.certificates.claims.turbine.largest_wind_error import SHRINK, EffortSharingCandidate
 from takagi.certificates.document.certificate_file import (
-    certificate_document,
     effort_sharing_law_data,
     turbine_data,
 )
-from takagi.lmi.turbine.effort import EffortSettings, effort_gains
+from takagi.lmi.turbine.effort import effort_gains
 from takagi.models import Floats, Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from tests.certificates.kinds.claims import resealed
+from tests.certificates.kinds.claims import resealed, sealed
+
+# The campaigns of benchmarks/ are scripts: their folder is put on the path, as Python does.
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
 PER_INTERVAL = {"integral_rate"}
 # P of the default loop, as the search returns it.
@@ -55,37 +59,23 @@ def built() -> Built:
     return certified(law, P=np.array(FUNCTION) / SHRINK)
 
 
-@pytest.fixture(scope="session")
-def fast_built() -> Built:
-    """Return the same of a law that answers faster: half the share, twice the integral."""
-    turbine = nrel5mw()
-    schedule = effort_schedule(turbine, effectiveness_share=0.6)
-    gains = effort_gains(turbine, schedule, EffortSettings(integral_share=0.3)).gains
-    return certified(EffortSharingLaw.of(turbine, schedule, gains, wind_filter=5.0))
-
-
 def certified(law: EffortSharingLaw, P: Floats | None = None) -> Built:
     """Return the whole chain of a law of the NREL 5-MW turbine; P is tried before it is sought."""
     turbine = nrel5mw()
     candidate = effort_sharing_candidate(turbine, law, P=P)
-    document = certificate_document(
-        model=turbine_data(turbine, []),
-        gains=effort_sharing_law_data(law),
-        claims=[effort_sharing_claim(candidate)],
-        provenance={},
+    document = sealed(
+        turbine_data(turbine, []), effort_sharing_law_data(law), effort_sharing_claim(candidate)
     )
     return Built(turbine, law, candidate, document)
 
 
 @pytest.fixture
 def whole(built: Built) -> dict[str, Any]:
-    """Return a copy of the whole certificate."""
     return deepcopy(built.document)
 
 
 @pytest.fixture(scope="session")
 def short_document(built: Built) -> dict[str, Any]:
-    """Return the certificate of six cells around rated wind: the same numbers, fewer winds."""
     return resealed(cells_from(built.document, SHORT_FROM))
 
 
@@ -103,5 +93,4 @@ def cells_from(document: dict[str, Any], wind: float, count: int = SHORT_CELLS) 
 
 @pytest.fixture
 def short(short_document: dict[str, Any]) -> dict[str, Any]:
-    """Return a copy of the short certificate, to be damaged."""
     return deepcopy(short_document)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -19,13 +20,15 @@ from takagi.certificates.design.plant.candidates import (
     laws_beside_regulator,
 )
 from takagi.certificates.design.plant.design import certify_plant, design_plant
-from takagi.certificates.design.plant.gains import find_gains, rounded_gains, weights_at_rest
+from takagi.certificates.design.plant.gain_task import rounded_gains, weights_at_rest
+from takagi.certificates.design.plant.gains import find_gains
+from takagi.certificates.design.plant.norm_wish import NormWish, norm_wish
 from takagi.certificates.design.plant.observed_candidates import best_pair
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.work import plant_work
 from takagi.certificates.requests import InputLimits
 from takagi.certificates.requests.tracking import jump_shares
-from takagi.models import Plant, load_model
+from takagi.models import Plant, load_model, sector_model
 from takagi.models.arrays import Floats
 from takagi.models.laws.pdc import OutputFeedback, PdcLaw
 from takagi.models.plant.design_settings import PlantSettings
@@ -47,7 +50,6 @@ def plant_of(name: str) -> Plant:
 
 
 def set_of(document: Mapping[str, Any]) -> Floats:
-    """Return P of the claimed set {x' P x <= 1}."""
     claim = next(c for c in document["claims"] if c["kind"] == "input-limits")
     return np.array(claim["P"], dtype=np.float64) / float(claim["level"])
 
@@ -108,8 +110,8 @@ def test_a_wish_leaves_the_gains_to_the_wish() -> None:
     plant = plant_of("boost_converter")
     for settings in (PlantSettings(effort="small"), PlantSettings(decay_rate=100.0)):
         work = plant_work(plant, settings, (), None)
-        (law,) = laws_beside_regulator(plant, work.model, settings)
-        first = find_gains(plant, work.model, settings)
+        (law,) = laws_beside_regulator(work.task)
+        first = find_gains(work.task)
         assert np.array_equal(np.asarray(law.design.gains), np.asarray(first.design.gains))
 
 
@@ -202,7 +204,101 @@ def test_an_observer_is_no_worse_than_a_kalman_filter_with_the_regulator() -> No
 def test_where_the_regulator_has_no_set_with_any_filter_there_is_no_choice() -> None:
     plant = load_plant("flexible_link")
     work = plant_work(plant, PlantSettings(), (), None)
-    first = find_gains(plant, work.model, work.settings)
-    contest = contest_of(plant, work.model, work.settings, first)
+    first = find_gains(work.task)
+    contest = contest_of(work.task, first)
     assert contest is not None
     assert best_pair(contest, [], [], (0,), at_estimate=True) is None
+
+
+PENDULUM = """
+format = 1
+kind = "plant"
+
+[states]
+theta = { unit = "deg", range = [-60, 60] }
+omega = { unit = "rad/s", range = [-4, 4] }
+
+[inputs]
+tau = { unit = "N m", range = [-20, 20] }
+
+[disturbances]
+gust = { unit = "kN m", range = [-0.001, 0.001] }
+shake = { unit = "rad/s" }
+
+[equations]
+theta = "omega + shake"
+omega = "(9.81*tau0*sin(theta) + tau + gust) / J"
+
+[parameters]
+J = { value = 0.5, unit = "kg m^2" }
+tau0 = { value = 1, unit = "N m" }
+"""
+
+
+def plant(folder: Path) -> Plant:
+    path = folder / "pendulum.toml"
+    path.write_text(PENDULUM, encoding="utf-8")
+    return load_plant(path)
+
+
+def wish(folder: Path, **asked: object) -> NormWish:
+    subject = plant(folder)
+    settings = PlantSettings(**asked)  # type: ignore[arg-type]
+    found = norm_wish(subject, sector_model(subject), settings)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize(
+    ("asked", "label"),
+    [
+        ({"objective": "hinf", "performance": ("theta",), "disturbances": ("gust",)},
+         "energy gain from gust to theta [deg/(kN m)]"),
+        ({"objective": "h2", "performance": ("theta",), "disturbances": ("shake",)},
+         "response to white noise from shake to theta [deg/(rad/s s^0.5)]"),
+        ({"objective": "peak", "performance": ("theta", "tau"), "disturbances": ("gust",)},
+         "peak gain from gust to theta, tau [(deg, N m)/(kN m)]"),
+        ({"objective": "hinf"},
+         "energy gain from gust, shake to states over their ranges [1/(N m, rad/s)]"),
+    ],
+)  # fmt: skip
+def test_the_label_says_the_units(asked: dict[str, object], label: str, tmp_path: Path) -> None:
+    """Those of the file; of disturbances in several units those of SI."""
+    assert wish(tmp_path, **asked).label == label
+
+
+def test_rows_are_in_the_units_of_the_file(tmp_path: Path) -> None:
+    """A degree is pi / 180 rad, and w is counted in kN m: its thousand N m stand in z."""
+    asked = wish(tmp_path, objective="hinf", performance=("theta", "tau"), disturbances=("gust",))
+
+    np.testing.assert_allclose(asked.C[0], np.diag([1000 * 180 / np.pi, 0.0]), rtol=1e-9)
+    np.testing.assert_allclose(asked.D[0], [[0], [1000]], rtol=1e-12)
+    assert asked.size == pytest.approx(1.0) and asked.sources == (0,)
+
+
+def test_states_are_weighed_by_their_ranges(tmp_path: Path) -> None:
+    asked = wish(tmp_path, objective="hinf")
+
+    np.testing.assert_allclose(asked.C[0], np.diag([3 / np.pi, 1 / 4]), rtol=1e-9)
+    assert not asked.D.any() and asked.sources == (0, 1)
+
+
+@pytest.mark.slow
+def test_white_noise_and_limits_go_together(tmp_path: Path) -> None:
+    """The set that keeps the input within 20 N m holds all corners of the initial box."""
+    initial = {"theta": 0.3, "omega": 0.5}
+    asked = PlantSettings(
+        objective="h2", performance=("theta",), disturbances=("gust",), initial=initial
+    )
+    plain = PlantSettings(initial=initial)
+
+    designs = [design_plant(plant(tmp_path), settings) for settings in (asked, plain)]
+
+    with_norm = designs[0]
+    assert isinstance(with_norm, PlantDesign) and with_norm.proved
+    claims = {c["kind"]: c for c in json.loads(json.dumps(with_norm.document["claims"]))}
+    P, level = np.array(claims["input-limits"]["P"]), claims["input-limits"]["level"]
+    for signs in ((1, 1), (1, -1)):
+        corner = np.array(signs) * [0.3, 0.5]
+        assert corner @ P @ corner <= level
+    assert "output" in claims["h2-norm"]

@@ -24,7 +24,6 @@ from takagi.certificates.design.turbine.effort_sharing_gains import (
 )
 from takagi.certificates.design.turbine.settings import Synthesis
 from takagi.certificates.document.certificate_file import (
-    certificate_document,
     effort_sharing_law_data,
     turbine_data,
 )
@@ -34,12 +33,12 @@ from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw,
 from takagi.models.turbine.data import FrozenWake
 from takagi.models.turbine.loader import model_files
 from tests.certificates.conftest import Built
+from tests.certificates.kinds.claims import sealed
 
 NODES = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
 
 
 def part_of(law: EffortSharingLaw, low: float, high: float) -> EffortSharingLaw:
-    """Return the law between two winds."""
     kept = (law.schedule.wind >= low) & (law.schedule.wind <= high)
     cells = kept[:-1] & kept[1:]
     columns = {name: getattr(law.schedule, name)[kept] for name in NODES}
@@ -72,12 +71,10 @@ def synthesised(
 
 
 def verdict(built: Built, found: EffortSharingGainDesign, **change: object) -> Verdict:
-    """Return what the independent checker says of the claim, or of one that is changed."""
-    document = certificate_document(
-        model=turbine_data(built.turbine, []),
-        gains=effort_sharing_law_data(found.law),
-        claims=[effort_sharing_claim(found.candidate) | change],
-        provenance={},
+    document = sealed(
+        turbine_data(built.turbine, []),
+        effort_sharing_law_data(found.law),
+        effort_sharing_claim(found.candidate) | change,
     )
     return check_document(document).verdict
 

@@ -5,17 +5,20 @@ from __future__ import annotations
 import json
 from copy import deepcopy
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from takagi.certificates import Claim, check
-from takagi.certificates.checker import CertificateError, Verdict, check_document, read_text
+from takagi.certificates import Claim
+from takagi.certificates.checker import CertificateError, Verdict, check, check_document, read_text
+from takagi.certificates.checker.files.given_files import compare_model
 from takagi.certificates.checker.kernel.reader import digest
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.checker.replay.claim_kinds import PLANT_KINDS, TURBINE_KINDS, replay
+from takagi.certificates.checker.replay.containment import LAST_READER, NO_LONGER_READ
 from takagi.certificates.document.certificate_file import certificate_document, dumps
-from tests.certificates.kinds.claims import law_data, model_data
+from tests.certificates.kinds.claims import law_data, model_data, resealed
 
 TEXTS = ["},{", '"},{"', "a\\", '\\"},{', "plain"]
 
@@ -30,7 +33,6 @@ def test_line_breaks_do_not_enter_texts(text: str) -> None:
 
 
 def test_hashes_are_those_of_the_file(short: dict[str, Any]) -> None:
-    """The hashes in the provenance are what the strict reader computes from the written text."""
     read = read_text(dumps(short), "file")
 
     for part, found in short["provenance"]["sha256"].items():
@@ -78,7 +80,6 @@ def test_a_claim_that_reads_the_file_needs_one(kind: str) -> None:
 
 @pytest.fixture(scope="module")
 def sealed() -> dict[str, Any]:
-    """A proved certificate of x' = -x + u under u = -x; no change here exceeds its margin."""
     claim = {"name": "decay", "kind": "decay", "P": [[1]], "decay_rate": 1}
     model, gains = model_data([[[-1]]], B=[[[1]]]), law_data([[[1]]])
     return certificate_document(model=model, gains=gains, claims=[claim], provenance={})
@@ -132,3 +133,59 @@ def test_hashes_that_are_no_table_are_refused(hashes: object, sealed: dict[str, 
 
     with pytest.raises(CertificateError):
         check_document(changed)
+
+
+REMOVED = sorted(NO_LONGER_READ)
+SENTENCE = (
+    "claims of kind '{}' are no longer read; check this file with takagi at commit "
+    f"{LAST_READER}, the last that reads them, or make the certificate again"
+)
+
+
+def document(*kinds: str) -> dict[str, Any]:
+    claim = {"name": "by hand", "P": [[1]], "decay_rate": 0.5}
+    claims = [{"kind": kind, **claim} for kind in kinds]
+    return certificate_document(
+        model=model_data([[[-1]]]), gains=None, claims=claims, provenance={}
+    )
+
+
+def test_the_document_is_proved_with_a_kind_that_is_read() -> None:
+    """So the files below are refused for their kinds, not for how they are made."""
+    assert check_document(document("decay")).verdict.name == "PROVED"
+
+
+@pytest.mark.parametrize("kind", REMOVED)
+def test_a_file_with_the_kind_is_refused(kind: str, tmp_path: Path) -> None:
+    """Also beside a claim that is proved; the sentence names the last commit that reads it."""
+    path = tmp_path / "certificate.json"
+    for kinds in ((kind,), ("decay", kind)):
+        path.write_text(json.dumps(document(*kinds)), encoding="utf-8")
+        with pytest.raises(CertificateError) as refused:
+            check(path)
+        assert SENTENCE.format(kind) in str(refused.value)
+        assert str(refused.value).startswith(f"claims[{len(kinds) - 1}].kind: ")
+
+
+def test_the_gain_file_must_hold_the_same_numbers(short: Any, tmp_path: Path) -> None:
+    """Checked with gains, the certificate is about these: one decimal apart is refused by name."""
+    certificate, gains = tmp_path / "certificate.json", tmp_path / "gains.json"
+    certificate.write_text(json.dumps(resealed(short)))
+    gains.write_text(json.dumps({"law": short["gains"]}))
+    assert "gain file" not in " ".join(check(certificate, gains=gains).messages)
+
+    short["gains"]["overlap"] += 1e-9
+    gains.write_text(json.dumps({"law": short["gains"]}))
+    with pytest.raises(CertificateError, match="overlap"):
+        check(certificate, gains=gains)
+
+
+def test_matrices_are_those_of_no_file(tmp_path: Path) -> None:
+    """Whatever hash a certificate of matrices holds: no claim says that the file has them."""
+    known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    data = {"model": {"kind": "takagi-sugeno", "files_sha256": {"plant.data": known}}}
+    model = tmp_path / "plant.data"
+    model.write_text("abc")
+
+    with pytest.raises(CertificateError, match="no claim ties to a model file"):
+        compare_model(data, model)

@@ -1,4 +1,4 @@
-"""The loop of a certificate: its groups of pairs, against the double sum itself."""
+"""The loop of a claim: its groups of pairs, against the double sum itself, and too much work."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError
+from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.kernel.reader import MOST_CLAIMS
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 from takagi.certificates.checker.replay.loop_reading import read_model_loop
+from tests.certificates.kinds.claims import Data, model_data, said_of, sealed, verdicts
 
-Rows = list[list[Fraction]]
 ENTRY = st.integers(-9, 9).map(Fraction)
 SHARE = st.fractions(0, 1, max_denominator=9)
 
@@ -27,7 +29,6 @@ def rows(draw: Any, height: int, width: int) -> Matrix:
 
 @st.composite
 def families(draw: st.DrawFn) -> tuple[PolytopicLoop, list[Fraction], list[Fraction]]:
-    """Return a loop with weights of the vertices and of the gains that its pairing allows."""
     corners = tuple(product((0, 1), repeat=draw(st.integers(1, 2))))
     r, one_input = len(corners), draw(st.booleans())
     shared, products = draw(st.booleans()), draw(st.booleans())
@@ -158,10 +159,40 @@ def test_rules_in_another_order_are_weights_of_their_own() -> None:
 
 
 def numbered(data: Any) -> Any:
-    """Return the data with matrix entries as the reader leaves them."""
     from takagi.certificates.checker.kernel.reader import Number
 
     def entries(value: Any) -> Any:
         return [entries(v) for v in value] if isinstance(value, list) else Number(value)
 
     return {key: entries(v) if key in ("A", "B", "K", "rules") else v for key, v in data.items()}
+
+
+ONE = [[1, 0], [0, 1]]
+KEPT: Data = {"name": "a", "P": ONE, "level": 1, "multiplier": 1, "disturbance": "inputs"}
+KEPT |= {"disturbance_norm": 0.1}
+
+
+def test_limit_of_work_has_two_sides() -> None:
+    bounded(10**4, 10)
+    with pytest.raises(CertificateError, match="too many"):
+        bounded(10**4 + 1, 10)
+
+
+def test_more_claims_than_a_chain_has_are_refused() -> None:
+    claim = {"name": "a", "kind": "decay", "P": [[1]], "decay_rate": 0}
+    model = model_data([[[-1]]])
+    assert len(verdicts(sealed(model, None, *[claim] * MOST_CLAIMS))) == MOST_CLAIMS
+    with pytest.raises(CertificateError, match="claims"):
+        check_document(sealed(model, None, *[claim] * (MOST_CLAIMS + 1)))
+
+
+def test_polynomial_of_many_terms_is_refused_before_it_is_made() -> None:
+    """Two hundred rules, raised eight times: more than 10^15 terms."""
+    r = 200
+    model = model_data([[[-1]]] * r)
+    powers = [[int(i == j) for j in range(r)] for i in range(r)]
+    P = [{"powers": [row], "matrix": [[1]]} for row in powers]
+    claim = {"name": "a", "kind": "fuzzy-decay", "decay_rate": 0, "degrees": [1], "P": P}
+
+    with pytest.raises(CertificateError, match="terms"):
+        said_of(model, None, claim | {"polya": 8, "rates": [[1] * r]})

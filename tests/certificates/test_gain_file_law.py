@@ -31,7 +31,6 @@ TURBINE = nrel5mw()
 
 
 def stored(law: dict[str, Any], folder: Path, **other: Any) -> Path:
-    """Return a gain file with this law and the members that its reader looks at."""
     path = folder / "gains.json"
     content = {"format": "takagi-gains", "version": 2, "law": law, **other}
     path.write_text(json.dumps(content), encoding="utf-8")
@@ -39,7 +38,6 @@ def stored(law: dict[str, Any], folder: Path, **other: Any) -> Path:
 
 
 def require_same(one: Law, other: Law) -> None:
-    """Commands and rates at many states and measurements, in and out of the certified set."""
     rng, count = np.random.default_rng(7), len(one.state_names)
     assert one.state_names == other.state_names and one.name == other.name
     for _ in range(100):
@@ -62,14 +60,12 @@ def test_the_file_of_a_design_gives_its_law(turbine_design: TurbineDesign, tmp_p
 
 @cache
 def default_law() -> EffortSharingLaw:
-    """The law of the turbine as it is."""
     return law_of(TURBINE)
 
 
 def law_of(
     turbine: Turbine, *, speed_setpoint: float | None = None, **asked: Any
 ) -> EffortSharingLaw:
-    """Return an effort-sharing law with gains of no meaning that fill every digit."""
     schedule = effort_schedule(turbine, speed_setpoint=speed_setpoint, **asked)
     count = len(schedule.wind)
     gains = EffortGains(np.linspace(1 / 3, 2 / 3, count), np.linspace(1 / 7, 3 / 7, count - 1))

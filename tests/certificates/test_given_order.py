@@ -75,7 +75,6 @@ def settings(**wishes: Any) -> PlantSettings:
 
 @lru_cache
 def certified(**wishes: Any) -> PlantDesign:
-    """Return the certificate of the controller by hand."""
     from tempfile import TemporaryDirectory
 
     with TemporaryDirectory() as folder:
@@ -94,7 +93,6 @@ def saved(document: Data, folder: Path) -> Path:
 
 
 def of_file(document: Data, folder: Path, text: str) -> None:
-    """Compare a certificate with a plant file."""
     check(saved(document, folder), model=filed(folder, text))
 
 
@@ -153,8 +151,6 @@ def test_a_gain_on_what_is_not_measured_is_refused_with_the_file(tmp_path: Path)
 
 
 def in_both(change: Callable[[Any], Any]) -> Callable[[Data], None]:
-    """Change what model and law list."""
-
     def changed(d: Data) -> None:
         for owner in ("model", "gains"):
             d[owner]["integrators"] = change(copy.deepcopy(INTEGRATORS))

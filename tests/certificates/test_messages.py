@@ -83,7 +83,6 @@ def test_either_file_is_compared(files: dict[str, Path]) -> None:
 def test_a_file_of_the_largest_size_is_read_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One byte more is refused, and not read as what is left without it."""
     monkeypatch.setattr(reader, "LARGEST_FILE", 10)
     path = tmp_path / "large.json"
     path.write_text('{"a": 1}  ')
@@ -110,7 +109,6 @@ NEEDED = (
 
 @pytest.fixture(scope="module")
 def resting(short_document: dict[str, Any]) -> dict[str, Any]:
-    """Return the short certificate with the claims that rest on its loop's."""
     document = deepcopy(short_document)
     claims, _ = loop_claims(document["model"], document["gains"], document["claims"][0])
     return dict(resealed(document | {"claims": claims}))

@@ -7,26 +7,24 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker import check_document
 from takagi.certificates.claims.turbine.published import (
     PublishedCandidate,
+    PublishedSearch,
     merged,
     published_candidate,
     published_claim,
     with_overlaps,
 )
 from takagi.certificates.document.certificate_file import (
-    certificate_document,
     published_law_data,
     turbine_data,
 )
-from takagi.models import nrel5mw
+from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.published.law import (
     PublishedLaw,
-    equilibrium,
     published_law,
 )
 from takagi.models.laws.published.regional_schedule import (
@@ -34,7 +32,8 @@ from takagi.models.laws.published.regional_schedule import (
     coupling_filter,
     regional_schedule,
 )
-from tests.paper_models import loop_rate, regional_models
+from tests.certificates.kinds.claims import sealed
+from tests.paper_models import regional_models
 
 TURBINE = nrel5mw()
 WINDOWS = ((6.0, 6.2), (13.0, 13.06), (20.0, 20.06))
@@ -42,7 +41,6 @@ WINDOWS = ((6.0, 6.2), (13.0, 13.06), (20.0, 20.06))
 
 @cache
 def schedules() -> tuple[RegionalSchedule, RegionalSchedule]:
-    """Return gains of the size that the regional designs have, equal over the premise d."""
     return (
         regional_schedule(
             TURBINE,
@@ -61,7 +59,6 @@ def schedules() -> tuple[RegionalSchedule, RegionalSchedule]:
 
 @cache
 def make_law(placement: float = 0.5) -> PublishedLaw:
-    """Return the law with a filter placed around rated speed, or beside it."""
     partial, full = schedules()
     coupling = coupling_filter(TURBINE, placement=placement)
     return published_law(TURBINE, partial=partial, full=full, coupling=coupling)
@@ -69,67 +66,40 @@ def make_law(placement: float = 0.5) -> PublishedLaw:
 
 @cache
 def candidate() -> PublishedCandidate:
-    """Return what is found in three short windows of partial and full load."""
     return published_candidate(make_law(), winds=WINDOWS)
 
 
-def document(law: PublishedLaw, claim: dict[str, Any]) -> dict[str, Any]:
-    """Return a certificate of one claim."""
-    return certificate_document(
-        model=turbine_data(TURBINE, ()),
-        gains=published_law_data(law),
-        claims=[claim],
-        provenance={"solver": {}},
+def test_what_no_enclosure_covers_is_refused() -> None:
+    """The filter's other variant, and gains that depend on the premise d."""
+    law, coupling = make_law(), coupling_filter(TURBINE, variant="sector")
+    other = published_law(TURBINE, partial=law.partial, full=law.full, coupling=coupling)
+    with pytest.raises(ModelError, match="saturated"):
+        PublishedSearch.of(other)
+    tilted = regional_schedule(
+        TURBINE, law.partial.model, k_x=-8e4 - np.arange(4.0)[:, None], k_I=-9e3 * np.ones(4)
     )
+    other = published_law(TURBINE, partial=tilted, full=law.full, coupling=law.coupling)
+    with pytest.raises(ModelError, match="corners of d"):
+        PublishedSearch.of(other)
+
+
+def document(law: PublishedLaw, claim: dict[str, Any]) -> dict[str, Any]:
+    return sealed(turbine_data(TURBINE, ()), published_law_data(law), claim)
 
 
 @cache
 def proved() -> Claim:
-    """Return the checker's answer to the candidate."""
     found = candidate()
     return check_document(document(found.law, published_claim(found))).claims[0]
 
 
 def test_candidates_are_proved() -> None:
-    """Every window is proved, with its overlaps and winds in the claim's words."""
     claim = proved()
     assert claim.verdict is Verdict.PROVED, claim.text
     assert "winds 6 to 6.2, 13 to 13.06, 20 to 20.06 m/s" in claim.text
     assert "speed overlap 0.1 rad/s, torque overlap 2000 N m" in claim.text
     assert "pitch not below its lower limit" in claim.text and "no lag of torque" in claim.text
     assert candidate().covered == list(WINDOWS)
-
-
-@pytest.mark.slow
-def test_motions_from_the_boundary_stay_and_settle() -> None:
-    """From V = 1 the real loop stays inside, and approaches its equilibrium at the stated rate."""
-    law, rng = make_law(), np.random.default_rng(7)
-    for found in candidate().cells:
-        cell, P = found.cell, found.P
-        v = float(rng.uniform(*cell.wind))
-        share = (v - cell.wind[0]) / (cell.wind[1] - cell.wind[0])
-        centre = cell.centre[0] + share * (cell.centre[1] - cell.centre[0])
-        point = equilibrium(law, v)
-        rest = np.array([point.rotor_speed, point.pitch, point.integral])
-
-        def norm(z: Any, origin: Any, box: Any = cell.box, P: Any = P) -> float:
-            y = (z - origin) / box
-            return float(np.sqrt(y @ P @ y))
-
-        y = rng.normal(size=len(centre))
-        y[1] = abs(y[1])  # pitch never goes below its smallest
-        start = centre + cell.box * y / np.sqrt(y @ P @ y)
-        assert norm(rest, centre) < 1
-
-        def motion(_: float, z: Any, v: float = v) -> Any:
-            return loop_rate(law, v, z)
-
-        found_path = solve_ivp(motion, (0, 20), start, rtol=1e-9, atol=1e-12, max_step=0.05)
-        path = found_path.y.T
-        assert max(norm(z, centre) for z in path) < 1 + 1e-6
-        first = norm(start, rest)
-        for t, z in zip(found_path.t, path, strict=True):
-            assert norm(z, rest) <= first * np.exp(-found.decay_rate * t) * (1 + 1e-4) + 1e-5
 
 
 def test_no_equilibrium_no_proof() -> None:

@@ -12,7 +12,7 @@ import sympy as sp
 from takagi.certificates import Verdict
 from takagi.certificates.design.design import NoDesign
 from takagi.certificates.design.plant.design import certify_plant, design_plant
-from takagi.certificates.design.plant.gains import rounded_gains
+from takagi.certificates.design.plant.gain_task import rounded_gains
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.wishes import reach_rates
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, load_model
@@ -73,27 +73,11 @@ def test_gains_in_file_law_and_design_are_the_same_numbers() -> None:
 
 
 def test_a_rate_that_is_asked_for_is_proved() -> None:
-    """V' <= -2 alpha V with alpha = 3: exactly 1 + x^2 - k <= -3, so k >= 5 at the fast vertex."""
     found = done(design_plant(cubic(), PlantSettings(decay_rate=3.0)))
     (claim,) = (c for c in found.document["claims"] if c["kind"] == "decay")
 
     assert found.verdict is Verdict.PROVED and claim["decay_rate"] >= 3.0
     assert found.gains is not None and found.gains.max() >= 5.0
-
-
-def test_given_gains_must_meet_what_is_asked() -> None:
-    """Gain 3 leaves the rate 1 at the fast vertex: 0.999 is PROVED, 1.001 is not."""
-    for rate, proved in ((0.999, True), (1.001, False)):
-        found = certify_plant(cubic(), np.array([[3.0]]), PlantSettings(decay_rate=rate))
-        assert (found.verdict is Verdict.PROVED) is proved
-
-
-def test_limits_of_inputs_are_claimed_as_asked() -> None:
-    """|u| <= 3 from a range: the set reaches as far as K allows, and the claim says 3."""
-    found = done(design_plant(cubic(range_of_u=(-3, 3))))
-    (claim,) = (c for c in found.document["claims"] if c["kind"] == "input-limits")
-
-    assert found.verdict is Verdict.PROVED and claim["input_limits"] == [3.0]
 
 
 def test_limits_that_gains_break_are_not_proved_away() -> None:
@@ -103,46 +87,6 @@ def test_limits_that_gains_break_are_not_proved_away() -> None:
     reach = np.sqrt(claim["level"] / claim["P"][0][0])
 
     assert found.verdict is Verdict.PROVED and 4.0 * reach <= 1.0
-
-
-def test_initial_states_beyond_the_limit_are_an_honest_no() -> None:
-    """From x = 0.9 the input -1 cannot hold x' = 0.9 + 0.729 + u: no gains, and what would help."""
-    asked = PlantSettings(input_limit={"u": 1.0}, initial={"x": 0.9})
-
-    found = design_plant(cubic(), asked)
-
-    assert isinstance(found, NoDesign)
-    assert "none" in found.reason or "the no rests on" in found.reason
-
-
-def test_poles_that_are_asked_for_are_claimed() -> None:
-    """A region of poles: the claim of kind region stands in the certificate, proved."""
-    plant = Plant(
-        equations=(V, -X - X**3 + U),
-        states=(Variable(X, "-", Interval.of(-1, 1)), Variable(V)),
-        inputs=(Variable(U),),
-        name="spring",
-    )
-
-    found = done(design_plant(plant, PlantSettings(damping=0.7, fastest=20.0)))
-
-    assert found.verdict is Verdict.PROVED
-    assert any(claim["kind"] == "region" for claim in found.document["claims"])
-
-
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        (PlantSettings(decay_rate="max"), "nothing bounds the gains"),
-        (PlantSettings(input_limit={"v": 1.0}), "there is no input of that name"),
-        (PlantSettings(initial={"y": 1.0}), "there is no state of that name"),
-        (PlantSettings(relaxation="tuam"), "tuam"),
-    ],
-)
-def test_what_makes_no_sense_for_the_plant_raises(settings: PlantSettings, message: str) -> None:
-    """Misuse, told before or while gains are sought; never an answer."""
-    with pytest.raises(ModelError, match=message):
-        design_plant(cubic(), settings)
 
 
 @pytest.mark.parametrize("wish", [{"decay_rate": "max"}, {"damping": 0.7}, {"fastest": 9.0}])
@@ -167,7 +111,6 @@ def test_wishes_name_the_one_range_that_is_missing() -> None:
 
 
 def test_starts_may_name_some_states_alone() -> None:
-    """x = 0.5 with v = 0 is inside the proved set, and no limit is broken there."""
     plant = Plant(
         equations=(V, X + U),
         states=(Variable(X, "-", Interval.of(-1, 1)), Variable(V, "-", Interval.of(-1, 1))),
@@ -270,28 +213,6 @@ def test_an_equation_that_the_checker_does_not_see_through_is_told_how_to_write(
     assert not any("write the equation" in note for note in written.notes)
 
 
-def test_regions_of_poles_are_of_continuous_time() -> None:
-    """The trailer moves in steps: a sector of the left half-plane means nothing."""
-    plant = load_model("truck_trailer")
-    assert isinstance(plant, Plant)
-
-    with pytest.raises(ModelError, match="of discrete time"):
-        design_plant(plant, PlantSettings(damping=0.7))
-
-
-def test_an_input_at_the_end_of_its_range_has_no_room() -> None:
-    """A linear law moves to both sides."""
-    plant = Plant(
-        equations=(-X + U,),
-        states=(Variable(X, "-", Interval.of(-1, 1)),),
-        inputs=(Variable(U, "-", Interval.of(0, 5)),),
-        name="one-sided",
-    )
-
-    with pytest.raises(ModelError, match="rests at the end of its range"):
-        design_plant(plant)
-
-
 def test_trim_is_part_of_the_law() -> None:
     """x' = 2 - x + x^3 + u about x* = 1/2 rests with u* = -13/8: so does the emitted law."""
     plant = Plant(
@@ -368,17 +289,6 @@ def test_without_limits_a_small_effort_takes_smaller_gains_at_the_rate() -> None
     assert [one.verdict for one in found.values()] == [Verdict.PROVED] * 3
     assert largest_gain(found["small"]) < largest_gain(found["moderate"])
     assert any("changes nothing" in note for note in found["large"].notes)
-
-
-def test_no_gains_says_first_which_wish_is_in_the_way() -> None:
-    """Gains of 0.5 do not hold x' = x + x^3 + u, and no decay rate was asked for."""
-    found = design_plant(cubic(), PlantSettings(gain_bound=0.5))
-
-    assert isinstance(found, NoDesign)
-    first = found.reason.splitlines()[0]
-    assert first.startswith("Most in the way is gain_bound = 0.5, on every gain. ")
-    assert "What to change: raise it (--gain-bound)" in first
-    assert "lower the decay rate" not in found.reason
 
 
 def test_the_largest_rate_asks_for_one_number_and_proposes_it() -> None:

@@ -121,7 +121,6 @@ def test_brackets_inside_strings_are_not_depth() -> None:
 
 @pytest.mark.parametrize("value", ['"1"', "true", "false", "null", "[1]", "{}"])
 def test_what_is_not_a_number_is_refused(value: str) -> None:
-    """A text of digits and a boolean are not numbers, alone or in rows."""
     data = read_text(f'{{"a":{value},"b":[{value}],"c":[[{value}]]}}', "file")
 
     for read, key in ((number, "a"), (integer, "a"), (numbers, "b"), (matrix, "c")):
@@ -164,7 +163,6 @@ def test_a_number_and_its_text_have_different_hashes() -> None:
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
-    """Missing, a folder, too large: refused with the path in the message."""
     large = tmp_path / "large.json"
     large.write_bytes(b" " * (LARGEST_FILE + 1))
 

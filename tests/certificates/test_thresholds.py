@@ -37,7 +37,6 @@ def placed_loop(b: float) -> tuple[TSModel, Floats]:
 
 
 def companion(*poles: float) -> TSModel:
-    """Return the companion matrix with these poles."""
     coefficients: Sequence[float] = np.poly(poles)[1:].tolist()
     n = len(poles)
     return TSModel(np.vstack([-np.array(coefficients), np.eye(n)[:-1]])[None])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -19,6 +20,7 @@ from takagi.certificates.claims.turbine.loop_claims import loop_claims
 from takagi.cli.main import main
 from tests.certificates.kinds.claims import resealed
 from tests.docs_pages import catalogue
+from tests.syntax import imported_modules
 
 counted_page = catalogue("catalogue.trusted")
 # A turbine's count holds the proof that the winds of one claim keep to the rates of another, and
@@ -30,7 +32,6 @@ KINDS_OR_WORDS = ("words", "kinds", "plant", "problem", "turbine")
 
 @pytest.fixture(scope="module")
 def decay(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the certificate of one claim ``decay`` about a model of matrices."""
     path = tmp_path_factory.mktemp("decay") / "decay.json"
     path.write_text(json.dumps(counted_page.decay()))
     return path
@@ -38,7 +39,6 @@ def decay(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def turbine(short_document: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the short certificate with all claims of the default design."""
     model, gains = short_document["model"], short_document["gains"]
     claims, left_out = loop_claims(model, gains, short_document["claims"][0])
     assert not left_out
@@ -134,10 +134,7 @@ def test_words_are_imported_by_kinds_and_after_the_verdicts() -> None:
 
 
 def _imports(file: Path) -> Iterator[tuple[str, str]]:
-    """Yield (function, module) of each import; no function where the file itself imports.
-
-    Instead of the function it is ``TYPES`` where nothing is imported but for types.
-    """
+    """Yield (function, module) of each import; no function where the file itself imports."""
     tree = ast.parse(file.read_text(encoding="utf-8"))
     functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
     inside = {id(node): own.name for own in functions for node in ast.walk(own)}
@@ -180,14 +177,6 @@ def test_the_verb_prints_a_table(decay: Path, capsys: pytest.CaptureFixture[str]
     assert [file["file"] for file in answer["words"]]
 
 
-def test_the_verb_says_nothing_of_it_unasked(
-    decay: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["check", str(decay), "--json"]) == 0
-
-    assert "trusted" not in json.loads(capsys.readouterr().out)
-
-
 @pytest.mark.slow
 def test_the_page_has_these_numbers(
     decay: Path, of_turbine: tuple[Any, Trusted], tmp_path: Path
@@ -200,3 +189,56 @@ def test_the_page_has_these_numbers(
     running = tmp_path / "running.json"
     running.write_text(json.dumps(counted_page.running()), encoding="utf-8")
     assert counted_page.row(counted_page.RUNNING, check_counted(running)[1]) in page
+
+
+SCRIPT = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from takagi.certificates.checker import check
+print(check(sys.argv[2]).verdict.name)
+names = {name.partition(".")[0] for name in sys.modules}
+foreign = names - set(sys.stdlib_module_names) - {"takagi", "__main__"}
+floors = [n for n in sys.modules if n.startswith("takagi.") and ".certificates" not in n]
+print(sorted(foreign), floors)
+"""
+
+
+def test_check_runs_without_any_installed_package(tmp_path: Path, short: dict[str, Any]) -> None:
+    """Python without site packages, and a folder that holds the checker's files alone."""
+    home = tmp_path / "takagi" / "certificates" / "checker"
+    shutil.copytree(FOLDER, home, ignore=shutil.ignore_patterns("__pycache__"))
+    certificate = tmp_path / "certificate.json"
+    certificate.write_text(json.dumps(short))
+
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", "-W", "error", "-c", SCRIPT, tmp_path, certificate],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert done.stderr == ""
+    assert done.stdout.split("\n")[:2] == ["PROVED", "[] []"]
+
+
+def test_sources_import_the_standard_library_and_each_other() -> None:
+    """No import, wherever it stands, leaves the standard library or the checker's own folder."""
+    for file, name in imported_modules(FOLDER):
+        own = name.startswith("takagi.certificates.checker")
+        assert own or name.partition(".")[0] in sys.stdlib_module_names, (file.name, name)
+
+
+def test_no_float_enters_a_decision() -> None:
+    """``float`` appears in messages alone: every comparison is between exact numbers."""
+    rooms = ("kernel", "arithmetic", "kinds", "loop", "replay", "turbine")
+    files = [file for room in rooms for file in sorted((FOLDER / room).rglob("*.py"))]
+    for file in [*files, FOLDER / "plant" / "effort_blend.py"]:
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        refusals = [node for node in ast.walk(tree) if isinstance(node, ast.Raise)]
+        said = {part for refusal in refusals for part in ast.walk(refusal)}
+        assert not [n for n in ast.walk(tree) if _is_float(n) and n not in said], file.name
+
+
+def _is_float(node: ast.AST) -> bool:
+    literal = isinstance(node, ast.Constant) and isinstance(node.value, float)
+    return literal or (isinstance(node, ast.Name) and node.id == "float")

@@ -20,14 +20,12 @@ Files = dict[str, bytes | str]
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Return every file below the folder, by its name in it."""
     files = (path for path in sorted(folder.rglob("*")) if path.is_file())
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
 @pytest.fixture(scope="session")
 def finished(turbine_design: TurbineDesign) -> TurbineDesign:
-    """The default design of the NREL 5-MW turbine."""
     return turbine_design
 
 
@@ -40,17 +38,13 @@ def drawn(_: object, *, tell: Callable[..., None] | None = None) -> Files:
 
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the verbs write a folder without drawing it."""
     monkeypatch.setattr(design_folder, "report_files", drawn)
     unmeasured(monkeypatch)
 
 
 @pytest.fixture
 def stable(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the loop that runs be stable, without five seconds of looking.
-
-    What is looked at is tested in ``tests/reports/test_running_stability``.
-    """
+    """Let the loop that runs be stable, without five seconds of looking."""
     monkeypatch.setattr("takagi.reports.margins.running_stability.require_stable", lambda *_: ())
 
 
@@ -79,11 +73,12 @@ def given_observer() -> Iterator[None]:
     """Let the laws of a study have an observer whose gains nobody had to seek."""
     from takagi.models.turbine.loader import load_turbine
     from takagi.models.turbine.wind_observer import WindObserver
+    from takagi.reports.simulation import laws
     from takagi.reports.study import overlap
 
     with pytest.MonkeyPatch.context() as patch:
         observer = WindObserver(load_turbine("nrel5mw"), 1.8, 49.0)
-        patch.setattr(overlap, "studied_observer", lambda *_: observer)
+        patch.setattr(laws, "studied_observer", lambda *_: observer)
         yield
     overlap.studied_law.cache_clear()
 
@@ -108,10 +103,7 @@ def asked(
 
 @pytest.fixture
 def cubic(tmp_path: Path) -> Path:
-    """A plant file: x' = x + x^3 + u on |x| <= 1, whose vertices are 1 and 2.
-
-    With u = -k x it decays at k - 2, and no faster.
-    """
+    """A plant file: x' = x + x^3 + u on |x| <= 1, whose vertices are 1 and 2."""
     path = tmp_path / "cubic.toml"
     path.write_text(CUBIC, encoding="utf-8")
     return path

@@ -7,18 +7,16 @@ import math
 import subprocess
 import sys
 from contextlib import nullcontext
+from math import inf, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from takagi.certificates.checker import Verdict, check
-from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
 from takagi.certificates.design.turbine.settings import LAWS
 from takagi.certificates.document.certificate_file import (
-    certificate_document,
     dumps,
-    effort_sharing_law_data,
 )
 from takagi.cli.main import main
 from takagi.cli.options.plant_options import plant_settings
@@ -28,7 +26,9 @@ from takagi.models import ModelError
 from takagi.models.plant_files.loader import PlantFile
 from takagi.models.turbine.loader import nrel5mw
 from takagi.reports.gains_file.envelope import dump_gains, gain_file
-from tests.cli.cubic import CUBIC
+from tests.certificates.kinds.claims import resealed
+from tests.cli.cubic import CUBIC, NOISY_ROD, ROD
+from tests.plant_files import written
 from tests.turbine_designs import recorded_cells_for_sought, recorded_rows, running_loop
 from tests.undrawn import undrawn
 
@@ -40,43 +40,15 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture
 def gains(finished: TurbineDesign, tmp_path: Path) -> Path:
-    """A gain file with the finished design's law."""
     path = tmp_path / "gains.json"
     path.write_text(json.dumps({"law": finished.document["gains"]}))
     return path
 
 
 def changed(gains: Path, **entries: Any) -> Path:
-    """The gain file with entries of its law replaced."""
     law = {**json.loads(gains.read_text())["law"], **entries}
     gains.write_text(json.dumps({"law": law}))
     return gains
-
-
-def test_a_law_survives_its_file(finished: TurbineDesign, gains: Path) -> None:
-    """What is read back writes the same numbers: the certificate is about what was emitted."""
-    law = effort_sharing_law_from_data(read_law(gains))
-
-    assert effort_sharing_law_data(law) == finished.document["gains"]
-
-
-@pytest.mark.slow
-def test_given_gains_are_proved_as_they_stand(
-    gains: Path, finished: TurbineDesign, tmp_path: Path, capsys: Capture, reduced: bool
-) -> None:
-    """Design and certify find the same claim, and the checker accepts it for this gain file."""
-    if reduced:
-        pytest.skip("reduced: the whole gain file is proved again below")
-    out = tmp_path / "certificate.json"
-
-    assert main(["certify", "nrel5mw", "--gains", str(gains), "--out", str(out)]) == 0
-
-    assert check(out, gains=gains).verdict is Verdict.PROVED
-    # A file with the law alone says nothing of the observer, so that its loop is not claimed.
-    known = [c for c in finished.document["claims"] if c["kind"] != "running-loop"]
-    assert len(known) == len(finished.document["claims"]) - 1
-    assert json.loads(out.read_text())["claims"] == known
-    assert f"takagi check {out} --gains {gains}" in capsys.readouterr().out
 
 
 @pytest.mark.slow
@@ -146,16 +118,6 @@ def test_a_loop_without_a_proof_names_the_winds(
     assert not out.exists()
 
 
-def test_designing_options_do_not_go_with_given_gains(
-    gains: Path, tmp_path: Path, capsys: Capture
-) -> None:
-    """Silently ignored, they would mislead."""
-    options = ["--gains", str(gains), "--out", str(tmp_path / "c.json"), "--bandwidth", "0.4"]
-
-    assert main(["certify", "nrel5mw", *options]) == 2
-    assert "--bandwidth is about designing gains" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("entries", "told"),
     [
@@ -169,24 +131,11 @@ def test_designing_options_do_not_go_with_given_gains(
 def test_a_damaged_gain_file_is_misuse(
     gains: Path, tmp_path: Path, capsys: Capture, entries: dict[str, Any], told: str
 ) -> None:
-    """The message names the entry; nothing is written."""
     out = tmp_path / "certificate.json"
     asked_for = ["--gains", str(changed(gains, **entries)), "--out", str(out)]
 
     assert main(["certify", "nrel5mw", *asked_for]) == 2
     assert told in capsys.readouterr().err and not out.exists()
-
-
-def test_a_gain_file_that_is_none_is_misuse(tmp_path: Path, capsys: Capture) -> None:
-    """Not JSON, and not there."""
-    wrong = tmp_path / "gains.json"
-    wrong.write_text("gamma = 1")
-    out = str(tmp_path / "c.json")
-
-    assert main(["certify", "nrel5mw", "--gains", str(wrong), "--out", out]) == 2
-    assert "not JSON" in capsys.readouterr().err
-    assert main(["certify", "nrel5mw", "--gains", str(tmp_path / "no"), "--out", out]) == 2
-    assert "cannot be read" in capsys.readouterr().err
 
 
 def test_a_gain_file_is_read_before_the_plant_s_model_is_made(
@@ -205,13 +154,11 @@ def test_a_gain_file_is_read_before_the_plant_s_model_is_made(
 def test_a_folder_in_the_place_of_the_certificate_is_misuse(
     tmp_path: Path, capsys: Capture
 ) -> None:
-    """Told before the long work."""
     assert main(["certify", "nrel5mw", "--out", str(tmp_path)]) == 2
     assert "this is a folder" in capsys.readouterr().err
 
 
 def cubic_gains(path: Path, gain: float) -> Path:
-    """Write u = -gain x for both rules of the cubic plant."""
     premise = {"name": "z1", "expression": "x^2", "lower": 0, "upper": 1, "unit": "-"}
     law = {
         "name": "pdc",
@@ -228,7 +175,6 @@ def cubic_gains(path: Path, gain: float) -> Path:
 
 
 def certified(cubic: Path, gain: float, out: str, *options: str) -> int:
-    """Certify the plant with one gain, beside the plant's file."""
     gains = cubic_gains(cubic.with_name("gains.json"), gain)
     place = str(cubic.with_name(out))
     return main(["certify", str(cubic), "--gains", str(gains), "--out", place, *options])
@@ -303,7 +249,6 @@ def test_the_baseline_is_read_before_the_work_and_never_overwritten(
 
 
 def test_compare_two_certificates(cubic: Path, tmp_path: Path, capsys: Capture) -> None:
-    """Status by what got worse; the same table as Markdown."""
     old, new = (str(cubic.with_name(name)) for name in ("old.json", "new.json"))
     certified(cubic, 4, "old.json")
     certified(cubic, 3, "new.json")
@@ -336,61 +281,25 @@ def test_a_turbine_is_compared_wind_by_wind(
 
     cell = document["claims"][0]["cells"][30]
     cell["wind_error"] = round(0.9 * cell["wind_error"], 6)
-    new.write_text(json.dumps(sealed(document)))
+    new.write_text(json.dumps(resealed(document)))
 
     assert main(["compare", str(old), str(new)]) == 1
     low, high = cell["wind"]
     assert f"wind error [m/s], {low:g} to {high:g} m/s" in capsys.readouterr().out
 
 
-def sealed(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the certificate with the hashes of what it now says."""
-    parts = {key: document[key] for key in ("model", "gains", "claims")}
-    return certificate_document(**parts, provenance=document["provenance"])
-
-
-NOISY_ROD = """
-format = 1
-kind = "plant"
-
-[states]
-x = { unit = "m", range = [-1, 1] }
-
-[inputs]
-u = { unit = "m/s" }
-
-[disturbances]
-gust = { unit = "cm/s" }
-flow = { unit = "m/s", range = [-0.05, 0.05] }
-
-[parameters]
-a = { value = 1.0, unit = "1/s", source = "chosen" }
-b = { value = 1.0, unit = "1/(m^2 s)", source = "chosen" }
-
-[equations]
-x = "a*x - b*x^3 + u + gust + flow"
-"""
-
-
-@pytest.fixture
-def noisy_rod(tmp_path: Path) -> Path:
-    path = tmp_path / "rod.toml"
-    path.write_text(NOISY_ROD, encoding="utf-8")
-    return path
-
-
-def noisy(out: Path) -> list[dict[str, Any]]:
+def claimed(out: Path, kind: str) -> list[dict[str, Any]]:
     claims = json.loads(out.read_text(encoding="utf-8"))["claims"]
-    return [claim for claim in claims if claim["kind"] == "exit-probability"]
+    return [claim for claim in claims if claim["kind"] == kind]
 
 
-def test_noise_by_option_and_by_file(noisy_rod: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_noise_by_option_and_by_file(tmp_path: Path, capsys: Capture) -> None:
     """20 cm/s sqrt(s) is 0.2 m/s sqrt(s); flow counts with its whole range; both checkers agree."""
-    out = tmp_path / "c.json"
+    noisy_rod, out = written(tmp_path, NOISY_ROD), tmp_path / "c.json"
     asked = ["--noise", "gust=20", "--horizon", "1min"]
 
     assert main(["certify", str(noisy_rod), "--out", str(out), *asked]) == 0
-    (claim,) = noisy(out)
+    (claim,) = claimed(out, "exit-probability")
     assert claim["noise"] == [0.2, 0.0] and claim["disturbance_bounds"] == [0.0, 0.05]
     assert claim["horizon"] == 60 and claim["probability"] < 0.1
     assert "reaches 1 within 60 s is at most" in capsys.readouterr().out
@@ -402,55 +311,27 @@ def test_noise_by_option_and_by_file(noisy_rod: Path, tmp_path: Path, capsys: Ca
     build = tmp_path / "build"
     with undrawn():
         assert main(["design", str(noisy_rod), "--out", str(build)]) == 0
-    assert noisy(build / "certificate.json")[0]["noise"] == [0.2, 0.0]
+    assert claimed(build / "certificate.json", "exit-probability")[0]["noise"] == [0.2, 0.0]
 
 
-def test_noise_that_is_too_much(noisy_rod: Path, tmp_path: Path, capsys: Capture) -> None:
-    out = tmp_path / "c.json"
+def test_noise_that_is_too_much(tmp_path: Path, capsys: Capture) -> None:
+    noisy_rod, out = written(tmp_path, NOISY_ROD), tmp_path / "c.json"
 
     asked = ["--noise", "gust=5m/s", "--horizon", "600"]
     assert main(["certify", str(noisy_rod), "--out", str(out), *asked]) == 1
 
     assert "UNDECIDED" in capsys.readouterr().out
     assert [c.verdict.name for c in check(out).claims][-1] != "DISPROVED"
-    (claim,) = noisy(out)
+    (claim,) = claimed(out, "exit-probability")
     assert "disturbance_bounds" not in claim
 
 
-ROD = """
-format = 1
-kind = "plant"
-units = "unchecked"
-
-[states]
-x = { range = [-1, 1] }
-
-[inputs]
-u = { range = [-4, 4] }
-
-[equations]
-x = "x - x^3 + u"
-"""
-
-
-@pytest.fixture
-def rod(tmp_path: Path) -> Path:
-    path = tmp_path / "rod.toml"
-    path.write_text(ROD, encoding="utf-8")
-    return path
-
-
-def sampled(out: Path) -> list[dict[str, Any]]:
-    claims = json.loads(out.read_text(encoding="utf-8"))["claims"]
-    return [claim for claim in claims if claim["kind"] == "sampled-loop"]
-
-
-def test_a_sample_time_that_is_proved(rod: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_a_sample_time_that_is_proved(tmp_path: Path, capsys: Capture) -> None:
     """By the option, in ms; and by the file, of gains that are designed and then given."""
-    out = tmp_path / "c.json"
+    rod, out = written(tmp_path, ROD), tmp_path / "c.json"
 
     assert main(["certify", str(rod), "--out", str(out), "--sample-time", "10ms"]) == 0
-    assert [claim["sample_time"] for claim in sampled(out)] == [0.01]
+    assert [claim["sample_time"] for claim in claimed(out, "sampled-loop")] == [0.01]
     assert "with a sample every 0.01 s" in capsys.readouterr().out
     assert main(["check", str(out), "--cross"]) == 0
     assert "they agree" in capsys.readouterr().out
@@ -459,20 +340,22 @@ def test_a_sample_time_that_is_proved(rod: Path, tmp_path: Path, capsys: Capture
     build = tmp_path / "build"
     with undrawn():
         assert main(["design", str(rod), "--out", str(build)]) == 0
-    assert [claim["sample_time"] for claim in sampled(build / "certificate.json")] == [0.02]
+    assert [
+        claim["sample_time"] for claim in claimed(build / "certificate.json", "sampled-loop")
+    ] == [0.02]
     gains = ["--gains", str(build / "gains.json")]
     assert main(["certify", str(rod), *gains, "--out", str(out), "--sample-time", "0.03"]) == 0
-    assert [claim["sample_time"] for claim in sampled(out)] == [0.03]
+    assert [claim["sample_time"] for claim in claimed(out, "sampled-loop")] == [0.03]
 
 
-def test_a_sample_time_that_is_too_large(rod: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_a_sample_time_that_is_too_large(tmp_path: Path, capsys: Capture) -> None:
     """UNDECIDED, status 1, with the largest time that was found, which is proved."""
-    out = tmp_path / "c.json"
+    rod, out = written(tmp_path, ROD), tmp_path / "c.json"
 
     assert main(["certify", str(rod), "--out", str(out), "--sample-time", "20s"]) == 1
 
     told = capsys.readouterr().out
-    asked, largest = sampled(out)
+    asked, largest = claimed(out, "sampled-loop")
     assert asked["sample_time"] == 20 and 0.05 < largest["sample_time"] < 20
     assert "the largest time found" in told
     verdicts = {claim.name: claim.verdict.name for claim in check(out).claims}
@@ -480,74 +363,47 @@ def test_a_sample_time_that_is_too_large(rod: Path, tmp_path: Path, capsys: Capt
 
 
 TURBINE = nrel5mw()
+DEFAULTS = {"torque_setpoint": None, "effectiveness_share": 1.0, "wind_filter": 12.0}
+DEFAULTS |= {"ramp_shape": "smooth", "ramp_placement": 0.0, "speed_filter": 30.0}
 
 
-def test_each_option_sets_its_field() -> None:
-    """Of the effort-sharing and the published laws; what is not given keeps its default."""
-    coherent = design_settings(TURBINE, torque_setpoint="80%", pitch_effectiveness_share=0.8)
-    paper = design_settings(
-        TURBINE, law="paper", ramp_shape="linear", ramp_placement=0.25, torque_setpoint="40 kNm"
-    )
-
-    assert coherent.torque_setpoint == pytest.approx(0.8 * TURBINE.rated_torque)
-    assert coherent.effectiveness_share == 0.8
-    assert (paper.ramp_shape, paper.ramp_placement) == ("linear", 0.25)
-    assert paper.torque_setpoint == 40e3
-    plain = design_settings(TURBINE)
-    assert plain.torque_setpoint is None and plain.effectiveness_share == 1.0
-    assert (plain.ramp_shape, plain.ramp_placement) == ("smooth", 0.0)
-
-
-def test_the_speed_filter_may_be_none() -> None:
-    """0 leaves it out; a corner that hides the speed is refused; both laws have it."""
-    assert design_settings(TURBINE).speed_filter == 30.0
-    none = design_settings(TURBINE, speed_filter=0.0)
-    assert (none.speed_filter, none.torsion_filter) == (0.0, 0.0)
-    assert design_settings(TURBINE, speed_filter=0.5).speed_filter == 0.5
-    for given in (-1.0, 0.49, float("inf"), float("nan")):
-        with pytest.raises(ModelError, match=r"--speed-filter: .* at least 0.5 rad/s"):
-            design_settings(TURBINE, speed_filter=given)
-    assert design_settings(TURBINE, law="paper", speed_filter=4.0).speed_filter == 4.0
-
-
-def test_the_torsion_filter_goes_with_a_low_pass() -> None:
-    """Unless given it is 0.9 of the turbine's torsion mode; without one the low-pass is slower."""
-    plain = design_settings(TURBINE)
-    assert (plain.speed_filter, plain.torsion_filter) == (30.0, 9.3)
-    none = design_settings(TURBINE, torsion_filter=0.0)
-    assert (none.speed_filter, none.torsion_filter) == (8.0, 0.0)
-    both = design_settings(TURBINE, torsion_filter=12.0, speed_filter=20.0)
-    assert (both.speed_filter, both.torsion_filter) == (20.0, 12.0)
-    for given in (-1.0, 1.9, float("inf"), float("nan")):
-        with pytest.raises(ModelError, match=r"--torsion-filter: .* at least 2 rad/s"):
-            design_settings(TURBINE, torsion_filter=given)
-    with pytest.raises(ModelError, match="needs a low-pass behind it"):
-        design_settings(TURBINE, torsion_filter=9.0, speed_filter=0.0)
-
-
-def test_the_wind_filter_is_the_coherent_laws() -> None:
-    """It reaches its field; a filter that is none, and one for another law, are refused."""
-    assert design_settings(TURBINE, wind_filter=0.3).wind_filter == 0.3
-    assert design_settings(TURBINE).wind_filter == 12.0
-    for given in (0.0, -1.0, float("inf"), float("nan")):
-        with pytest.raises(ModelError, match=r"--wind-filter: .* must be positive"):
-            design_settings(TURBINE, wind_filter=given)
-    with pytest.raises(ModelError, match="--wind-filter belongs to the effort-sharing law"):
-        design_settings(TURBINE, law="paper", wind_filter=1.0)
-
-
-def test_a_low_torque_goes_with_a_low_speed() -> None:
-    """70 % of the torque is too little at full speed, and enough at 11 rpm."""
-    with pytest.raises(ModelError, match=r"--torque-setpoint 70%: .*lower the speed set-point"):
-        design_settings(TURBINE, torque_setpoint="70%")
-
-    asked = design_settings(TURBINE, torque_setpoint="70%", speed_setpoint="11rpm")
-    assert asked.torque_setpoint == pytest.approx(0.7 * TURBINE.rated_torque)
+@pytest.mark.parametrize(
+    ("options", "fields"),
+    [
+        ({}, {"torsion_filter": 9.3}),  # 0.9 of the turbine's torsion mode
+        ({"torque_setpoint": "80%"}, {"torque_setpoint": pytest.approx(0.8 * 43093.55)}),
+        ({"torque_setpoint": "40 kNm", "law": "paper"}, {"torque_setpoint": 40e3}),
+        ({"pitch_effectiveness_share": 0.8}, {"effectiveness_share": 0.8}),
+        ({"law": "paper", "ramp_shape": "linear"}, {"ramp_shape": "linear"}),
+        ({"law": "paper", "ramp_placement": 0.25}, {"ramp_placement": 0.25}),
+        ({"wind_filter": 0.3}, {"wind_filter": 0.3}),
+        # 0 leaves the low-pass out; without the band-stop it is slower.
+        ({"speed_filter": 0.0}, {"speed_filter": 0.0, "torsion_filter": 0.0}),
+        ({"speed_filter": 0.5}, {"speed_filter": 0.5}),
+        ({"speed_filter": 4.0, "law": "paper"}, {"speed_filter": 4.0}),
+        ({"torsion_filter": 0.0}, {"speed_filter": 8.0, "torsion_filter": 0.0}),
+        ({"torsion_filter": 12.0, "speed_filter": 20.0}, {"speed_filter": 20.0}),
+        # Too little at full speed, and enough at 11 rpm.
+        ({"torque_setpoint": "70%", "speed_setpoint": "11rpm"},
+         {"torque_setpoint": pytest.approx(0.7 * 43093.55)}),
+    ],
+)  # fmt: skip
+def test_each_option_sets_its_field(options: dict[str, Any], fields: dict[str, Any]) -> None:
+    """Of both laws; what is not given keeps its default."""
+    found = design_settings(TURBINE, **options)
+    expected = DEFAULTS | fields
+    assert {name: getattr(found, name) for name in expected} == expected
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
+        *(({"speed_filter": f}, "-filter: .* at least 0.5") for f in (-1.0, 0.49, inf, nan)),
+        *(({"torsion_filter": f}, "-filter: .* at least 2") for f in (-1.0, 1.9, inf, nan)),
+        *(({"wind_filter": f}, "-filter: .* positive") for f in (0.0, -1.0, inf, nan)),
+        ({"torsion_filter": 9.0, "speed_filter": 0.0}, "needs a low-pass behind it"),
+        ({"law": "paper", "wind_filter": 1.0}, "--wind-filter belongs to the effort-sharing law"),
+        ({"torque_setpoint": "70%"}, r"--torque-setpoint 70%: .*lower the speed set-point"),
         ({"torque_setpoint": "80"}, "a number with its unit"),
         ({"torque_setpoint": "80 rpm"}, "--torque-setpoint 80 rpm: unit 'rpm'"),
         ({"lowest_torque_setpoint": "60%"}, "--lowest-torque-setpoint 60%: .*raise the torque"),
@@ -558,7 +414,6 @@ def test_a_low_torque_goes_with_a_low_speed() -> None:
         ({"torque_setpoint": "-5%"}, "above 0"),
         ({"pitch_effectiveness_share": 0.0}, "--pitch-effectiveness-share: 0 was given"),
         ({"pitch_effectiveness_share": float("nan")}, "--pitch-effectiveness-share: nan"),
-        ({"wind_filter": 0.0}, "--wind-filter: 0 was given"),
         ({"wind_filter": 101.0}, "--wind-filter: 101 was given; .* at most 100 s"),
         ({"ramp_shape": "linear"}, "--ramp-shape belongs to Schulte's law"),
         ({"law": "switched"}, "not continuous: the pitch reference jumps"),
@@ -573,26 +428,18 @@ def test_nonsense_is_refused_by_name(options: dict[str, Any], words: str) -> Non
         design_settings(TURBINE, **options)
 
 
-def test_every_law_of_the_files_has_a_name_to_type() -> None:
+def test_names_of_laws_are_those_of_files_or_those_to_type() -> None:
     assert set(IN_FILES.values()) == set(LAWS)
     assert [typed_name(law_in_files(name)) for name in IN_FILES] == list(IN_FILES)
-
-
-@pytest.mark.parametrize("filed", [*LAWS, "baseline"])
-def test_names_of_files_may_be_typed_too(filed: str) -> None:
-    assert law_in_files(filed) == filed
-    assert law_in_files(None) is None
-
-
-def test_several_laws_are_renamed_one_by_one() -> None:
+    assert law_in_files([*LAWS, "baseline"]) == [*LAWS, "baseline"]
     assert law_in_files(["published", "baseline", "coherent"]) == ["paper", "baseline", "coherent"]
+    assert law_in_files(None) is None
 
 
 @pytest.mark.parametrize("name", ["schulte", "published", "paper"])
 def test_an_option_of_another_law_is_refused_by_either_name(
     name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The command itself translates the name: --overlap belongs to the effort-sharing law."""
     asked = ["design", "nrel5mw", "--law", name, "--overlap", "0.1", "--out", "never-written"]
 
     assert main(asked) == 2

@@ -9,10 +9,9 @@ from __future__ import annotations
 import json
 import sys
 import xml.etree.ElementTree as ElementTree
-from enum import Enum
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
 
@@ -20,46 +19,12 @@ import pytest
 # replaced, when this file is run alone as well.
 import takagi.reports.code.c.comparison  # noqa: F401
 from takagi.certificates.checker.files.model_content import OtherModel
-from takagi.certificates.checker.kernel import refusal
-from takagi.certificates.checker.kernel.refusal import OtherGains
-from takagi.certificates.checker.words.figure import Figure
+from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains
+from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
 from takagi.cli.main import main
 from takagi.models.files.library import data_folder
 
 Capture = pytest.CaptureFixture[str]
-
-
-class Verdict(Enum):
-    """The three answers of the checker."""
-
-    PROVED = "yes"
-    DISPROVED = "no"
-    UNDECIDED = "open"
-
-
-class Result(NamedTuple):
-    """What the checker returns; its claims carry the same verdict."""
-
-    verdict: Verdict
-    claims: list[Any]
-    messages: list[str]
-    assumes: tuple[str, ...] = ()
-
-
-class Claim(NamedTuple):
-    """A claim as the checker returns it."""
-
-    name: str
-    verdict: Verdict
-    text: str
-    assumes: tuple[str, ...] = ()
-    figures: tuple[Figure, ...] = ()
-
-
-class CertificateError(ValueError):
-    """What the checker raises for a file that it refuses."""
-
-    __module__ = "takagi.certificates.checker"
 
 
 @pytest.fixture
@@ -78,9 +43,8 @@ def checker(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return module  # type: ignore[no-any-return]
 
 
-def answer(verdict: Verdict) -> Result:
-    """A file with one claim, of the given verdict."""
-    return Result(verdict, [Claim("decay", verdict, "at 0.1 1/s")], ["3 inequalities"])
+def answer(verdict: Verdict) -> Checked:
+    return Checked(verdict, [Claim("decay", verdict, "at 0.1 1/s")], ["3 inequalities"])
 
 
 @pytest.mark.parametrize(
@@ -113,7 +77,6 @@ def test_gains_and_model_are_handed_to_the_checker(checker: Any) -> None:
 def test_a_built_in_name_stands_for_its_file(
     checker: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As the other verbs read MODEL; a file of that name is the user's own, an unknown name too."""
     checker.answer = answer(Verdict.PROVED)
     monkeypatch.chdir(tmp_path)
 
@@ -205,23 +168,22 @@ def test_a_refused_file_is_misuse_and_stands_in_the_reports(
 @pytest.mark.parametrize(
     ("error", "case", "status"),
     [
-        (refusal.CertificateError("c.json: not JSON"), "the file is a certificate", 2),
+        (CertificateError("c.json: not JSON"), "the file is a certificate", 2),
         (
-            refusal.CertificateError("provenance: 'sha256' is missing"),
+            CertificateError("provenance: 'sha256' is missing"),
             "the file is a certificate",
             2,
         ),
         (OtherGains("g.json: the law is not"), "the gain file is the certificate's", 1),
-        (refusal.CertificateError("g.json: not JSON"), "the gain file can be read", 2),
+        (CertificateError("g.json: not JSON"), "the gain file can be read", 2),
         (OtherModel("m.toml: not the certificate's"), "the model file is the certificate's", 1),
-        (refusal.CertificateError("m.toml: cannot be read"), "the model file can be read", 2),
+        (CertificateError("m.toml: cannot be read"), "the model file can be read", 2),
     ],
 )
 def test_the_reports_blame_the_file_that_is_refused(
     checker: Any, tmp_path: Path, error: Exception, case: str, status: int
 ) -> None:
-    """In all three: a certificate that is sound is not said to be none."""
-    checker.answer, checker.CertificateError = error, refusal.CertificateError
+    checker.answer = error
     files = {option: tmp_path / option.strip("-") for option in _REPORTS}
     given = ["check", "c.json", "--gains", "g.json", "--model", "m.toml"]
 

@@ -48,6 +48,8 @@ def test_the_folder_holds_what_is_promised(asked: Any, tmp_path: Path, capsys: C
     printed = capsys.readouterr().out
     assert printed.startswith("PROVED  NREL 5-MW, effort-sharing law ")
     assert all(name in printed for name in ("gains.json", "certificate.json", "report.html"))
+    names = [file.name for file in asked["files"]]
+    assert names == ["nrel5mw.toml", "nrel5mw_cp.csv", "nrel5mw_ct.csv"]
 
 
 def test_without_a_report_a_turbine_is_not_measured(
@@ -94,6 +96,7 @@ def test_the_summary_names_what_the_verdict_assumes(
     main(["design", "nrel5mw", "--out", str(tmp_path / "b"), "--json"])
 
     assert len(answer.splitlines()) <= 20 and max(map(len, answer.splitlines())) <= 100
+    assert "two steps: gains wind by wind" in everything
     words = " ".join(answer.split())
     for claim in finished.checked.claims:
         assert f"assumes: {'; '.join(claim.assumes)}" in everything
@@ -130,6 +133,12 @@ def test_options_reach_the_design(asked: Any, tmp_path: Path) -> None:
     assert settings.effort.inertia == (0.8, 1.3)
     assert not settings.uncertainty.frozen_wake
 
+    options = ["--law", "paper", "--speed-overlap", "0.1", "--torque-overlap", "1500"]
+    main(["design", "nrel5mw", "--out", str(tmp_path / "paper"), *options])
+
+    settings = asked["settings"]
+    assert (settings.law, settings.speed_overlap, settings.torque_overlap) == ("paper", 0.1, 1500)
+
 
 def test_the_loop_that_runs_is_looked_at_before_the_design(
     asked: Any, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
@@ -157,24 +166,6 @@ def test_the_loop_that_runs_is_looked_at_before_the_design(
     assert main(["design", "nrel5mw", "--out", str(tmp_path / "b")]) == 1
     assert "stability of the loop that runs: at 11 m/s it grows" in capsys.readouterr().err
     assert not (tmp_path / "b").exists()
-
-
-def test_options_of_the_paper_s_laws_reach_the_design(asked: Any, tmp_path: Path) -> None:
-    """Both overlaps of the coupling filter."""
-    options = ["--law", "paper", "--speed-overlap", "0.1", "--torque-overlap", "1500"]
-
-    main(["design", "nrel5mw", "--out", str(tmp_path), *options])
-
-    settings = asked["settings"]
-    assert (settings.law, settings.speed_overlap, settings.torque_overlap) == ("paper", 0.1, 1500)
-
-
-def test_the_design_knows_all_files_of_the_model(asked: Any, tmp_path: Path) -> None:
-    """The TOML file and both tables: their hashes go into the certificate."""
-    main(["design", "nrel5mw", "--out", str(tmp_path)])
-
-    names = [file.name for file in asked["files"]]
-    assert names == ["nrel5mw.toml", "nrel5mw_cp.csv", "nrel5mw_ct.csv"]
 
 
 def test_what_is_not_proved_is_written_and_returns_one(
@@ -209,32 +200,19 @@ def test_the_synthesis_that_is_asked_for_reaches_the_design(asked: Any, tmp_path
     """Two steps are the default; --one-step and --objective set their fields."""
     from takagi.lmi.turbine.one_step.design_point import OBJECTIVES
 
-    main(["design", "nrel5mw", "--out", str(tmp_path), "--force"])
-    assert asked["settings"].synthesis == "two-step"
-
-    main(["design", "nrel5mw", "--out", str(tmp_path), "--force", "--one-step"])
-    assert asked["settings"].synthesis == "one-step"
-    assert asked["settings"].objective == OBJECTIVES["balanced"]
-
-    main(["design", "nrel5mw", "--out", str(tmp_path), "--force", "--two-step"])
-    assert asked["settings"].synthesis == "two-step"
-
-    main(["design", "nrel5mw", "--out", str(tmp_path), "--force", "--objective", "decay"])
-    assert asked["settings"].synthesis == "one-step"
-    assert asked["settings"].objective.decay == 1.0
-
-
-def test_the_summary_says_how_the_gains_were_found(
-    asked: Any, tmp_path: Path, capsys: Capture
-) -> None:
-    """In two steps here."""
-    main(["design", "nrel5mw", "--out", str(tmp_path), "--all", "--force"])
-    assert "two steps: gains wind by wind" in capsys.readouterr().out
+    for options, synthesis, objective in (
+        ((), "two-step", None),
+        (("--one-step",), "one-step", "balanced"),
+        (("--two-step",), "two-step", None),
+        (("--objective", "decay"), "one-step", "decay"),
+    ):
+        main(["design", "nrel5mw", "--out", str(tmp_path), "--force", *options])
+        assert asked["settings"].synthesis == synthesis
+        assert objective is None or asked["settings"].objective == OBJECTIVES[objective]
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The design of a plant with a reference, drawn."""
     out = tmp_path_factory.mktemp("designed") / "out"
     assert main(["design", "lorenz", "--out", str(out)]) == 0
     return out
@@ -242,7 +220,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def never(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing may be designed."""
     from takagi.certificates.design.plant import design
 
     monkeypatch.setattr(design, "design_plant", None)
@@ -309,7 +286,6 @@ def test_missing_tex_is_named_with_its_cure(
 def test_a_design_is_replaced_with_force_only(
     undrawn: None, cubic: Path, tmp_path: Path, capsys: Capture
 ) -> None:
-    """Status 2 and one sentence; nothing is changed."""
     out = tmp_path / "out"
     assert main(["design", str(cubic), "--out", str(out)]) == 0
     before = (out / "design.json").read_bytes()
@@ -355,7 +331,6 @@ def test_an_interrupted_drawing_leaves_law_and_proof(
 
 @pytest.fixture
 def never_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing may be drawn."""
     monkeypatch.setattr("takagi.reports.design_folder.report_files", None)
 
 

@@ -19,7 +19,6 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture
 def cheap_book(monkeypatch: pytest.MonkeyPatch) -> Book:
-    """A page of one position, made without processes."""
     cell = {"proved": True, "verdict": "PROVED"}
     axis = Axis("settle", "Settling time", ({},), ("as the file says",))
     book = Book("Plant", (axis,), {(0,): cell}, [(0,)], lambda _: "takagi design")

@@ -26,6 +26,7 @@ from takagi.cli.main import main
 from takagi.reports.explore.server import bound_socket, serve
 from takagi.reports.explore.turbine_cells import turbine_book
 from takagi.reports.simulation.measured_loop import NOTHING
+from tests.reports.test_explore_designs import PENDULUM
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -41,20 +42,6 @@ pytestmark = [
 # A design, on a busy machine [ms].
 LONG = 180_000
 WIDTHS = (390, 768, 1280)
-PENDULUM = """
-format = 1
-kind = "plant"
-name = "Pendulum"
-units = "unchecked"
-[states]
-theta = { unit = "deg", range = [-60, 60] }
-omega = { unit = "rad/s", range = [-4, 4] }
-[inputs]
-tau = { unit = "N m", range = [-20, 20] }
-[equations]
-theta = "omega"
-omega = "19.62*sin(theta) + 2*tau"
-"""
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +56,6 @@ def browser() -> Iterator[Browser]:
 
 @contextmanager
 def window(browser: Browser, address: str) -> Iterator[Page]:
-    """Open a window; an error of the script or a refused file fails the test at its end."""
     context = browser.new_context(permissions=["clipboard-read", "clipboard-write"])
     page = context.new_page()
     complaints: list[str] = []

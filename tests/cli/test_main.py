@@ -16,33 +16,15 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.cli.command import guard
 from takagi.cli.main import VERBS, Verb, main
 from takagi.cli.progress import Step, StepLine, progress
 from takagi.cli.verbs.help import SUBJECTS
 from takagi.models import ModelError
+from tests.certificates.kinds.claims import sealed
 from tests.takagi_tool import path_with_takagi
 
 Capture = pytest.CaptureFixture[str]
-
-
-def failed_with(error: BaseException, capsys: Capture) -> tuple[int, str]:
-    """The status and the standard error of a verb that raises."""
-
-    def work() -> int:
-        raise error
-
-    status = guard(work)
-    return status, capsys.readouterr().err
-
-
-def test_help_names_every_verb(capsys: Capture) -> None:
-    """The help is printed from the table, to standard output, with status 0."""
-    assert main(["--help"]) == 0
-
-    printed = capsys.readouterr().out
-    assert all(f"  {verb.name} " in printed and verb.help in printed for verb in VERBS)
 
 
 def test_no_verb_at_all_is_misuse(capsys: Capture) -> None:
@@ -51,6 +33,20 @@ def test_no_verb_at_all_is_misuse(capsys: Capture) -> None:
 
     captured = capsys.readouterr()
     assert captured.out == "" and "Usage:" in captured.err
+
+
+@pytest.mark.parametrize(
+    ("words", "near"),
+    [(["chek"], "'check'"), (["--halp"], "'--help'"), (["help", "margin"], "'margins'")],
+)
+def test_a_mistyped_word_is_answered_with_the_near_one(
+    words: list[str], near: str, capsys: Capture
+) -> None:
+    assert main(words) == 2
+
+    error = capsys.readouterr().err
+    assert f"did you mean {near}?" in error
+    assert "help" not in words or "`takagi help` lists all" in error
 
 
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
@@ -66,20 +62,6 @@ def test_every_verb_refuses_an_unknown_option(verb: Verb, capsys: Capture) -> No
     assert main([verb.name, "--no-such-option"]) == 2
     captured = capsys.readouterr()
     assert captured.out == "" and "Usage: takagi" in captured.err and "Error:" in captured.err
-
-
-def test_a_mistyped_verb_is_answered_with_the_near_one(capsys: Capture) -> None:
-    """`chek` -> `check`."""
-    assert main(["chek"]) == 2
-
-    assert "did you mean 'check'?" in capsys.readouterr().err
-
-
-def test_a_mistyped_option_is_answered_with_the_near_one(capsys: Capture) -> None:
-    """`--halp` -> `--help`."""
-    assert main(["--halp"]) == 2
-
-    assert "did you mean '--help'?" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -125,49 +107,36 @@ def test_models_lists_names_that_design_takes(capsys: Capture) -> None:
     assert "nrel5mw" in text
 
 
-def test_an_error_of_takagi_s_own_is_printed_as_it_is(capsys: Capture) -> None:
-    """ModelError's text was written for the user."""
-    assert failed_with(ModelError("vertex 3: not finite"), capsys) == (
-        2,
-        "Error: vertex 3: not finite\n",
-    )
+FULL = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "out/gains.json")
 
 
-def test_an_operating_system_error_names_the_path_and_a_cure(capsys: Capture) -> None:
-    """A full disk: which file, what happened, what to do."""
-    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "out/gains.json")
-
-    status, message = failed_with(full, capsys)
-
-    assert status == 2
-    assert message.startswith("Error: out/gains.json: the disk is full; free some space")
-
-
-def test_an_interrupt_is_130(capsys: Capture) -> None:
-    """128 + SIGINT, as shells do."""
-    assert failed_with(KeyboardInterrupt(), capsys) == (130, "\nInterrupted.\n")
-
-
-def test_an_unforeseen_error_is_one_line(capsys: Capture) -> None:
-    """No traceback, a plea for a report, and a status of its own (70)."""
-    status, message = failed_with(ZeroDivisionError("a\nb"), capsys)
-
-    assert status == 70
-    assert message.count("\n") == 1
-    assert "internal error (ZeroDivisionError: a b)" in message and "report it" in message
-
-
-def test_the_traceback_is_there_for_developers(
-    capsys: Capture, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("error", "status", "told"),
+    [
+        (ModelError("vertex 3: not finite"), 2, "Error: vertex 3: not finite\n$"),
+        (FULL, 2, "Error: out/gains.json: the disk is full; free some space"),
+        (KeyboardInterrupt(), 130, "\nInterrupted.\n$"),
+        (ZeroDivisionError("a\nb"), 70, r".*internal error \(ZeroDivisionError: a b\).*report it"),
+    ],
+)
+def test_an_error_is_one_line(
+    error: BaseException, status: int, told: str, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """TAKAGI_DEBUG=1 shows it; nothing else does."""
-    monkeypatch.setenv("TAKAGI_DEBUG", "1")
+    """TAKAGI_DEBUG=1 shows the traceback; nothing else does."""
 
-    assert "Traceback" in failed_with(ZeroDivisionError(), capsys)[1]
+    def work() -> int:
+        raise error
+
+    assert guard(work) == status
+    message = capsys.readouterr().err
+    assert re.match(told, message) and message.strip("\n").count("\n") == 0
+
+    monkeypatch.setenv("TAKAGI_DEBUG", "1")
+    guard(work)
+    assert ("Traceback" in capsys.readouterr().err) == (status != 130)
 
 
 def run_shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run a line of shell in which `takagi` is the command line under test."""
     script = f'takagi() {{ "{sys.executable}" -m takagi.cli "$@"; }}\n{command}'
     return subprocess.run(
         ["bash", "-c", script], cwd=folder, capture_output=True, text=True, check=False
@@ -184,8 +153,7 @@ def test_letters_that_the_terminal_lacks_are_escaped(encoding: str, tmp_path: Pa
     """A name in another alphabet is no error of takagi, on neither output."""
     model = {"kind": "takagi-sugeno", "sample_time": None, "state_names": ["x"], "A": [[[-1]]]}
     claim = {"name": "\u2200 \u03b4", "kind": "decay", "decay_rate": 0.5, "P": [[1]]}
-    document = certificate_document(model=model, gains=None, claims=[claim], provenance={})
-    (tmp_path / "c.json").write_text(json.dumps(document))
+    (tmp_path / "c.json").write_text(json.dumps(sealed(model, None, claim)))
 
     shown = run_shell(f"PYTHONIOENCODING={encoding} takagi check c.json", tmp_path)
     refused = run_shell(f"PYTHONIOENCODING={encoding} takagi check \u03b4.json", tmp_path)
@@ -205,8 +173,6 @@ def test_a_full_standard_output_is_told(tmp_path: Path) -> None:
 
 
 class Terminal(io.StringIO):
-    """A stream that says it is a terminal, and tells when something was written to it."""
-
     def __init__(self) -> None:
         super().__init__()
         self.written = threading.Event()
@@ -219,35 +185,24 @@ class Terminal(io.StringIO):
         return super().write(text)
 
 
-def test_quiet_when_not_a_terminal() -> None:
-    """A log file gets no bar, however long the work."""
-    stream = io.StringIO()
-
-    with progress("Design", stream=stream, patience=0.0) as tell:
+@pytest.mark.parametrize(("stream", "patience"), [(io.StringIO(), 0.0), (Terminal(), 3600.0)])
+def test_quiet_in_a_file_and_while_the_work_is_short(stream: io.StringIO, patience: float) -> None:
+    with progress("Design", stream=stream, patience=patience) as tell:
         tell("gains", 0.5)
 
     assert stream.getvalue() == ""
 
 
-def test_quiet_when_the_work_is_short() -> None:
-    """What ends before the patience does shows nothing."""
-    stream = Terminal()
+@pytest.mark.parametrize("steps", [False, True])
+def test_a_bar_appears_though_the_work_tells_nothing(steps: bool) -> None:
+    """A solver calls nobody for a minute; square brackets, as of units, are no markup."""
+    stream, line = Terminal(), StepLine(STEPS) if steps else None
 
-    with progress("Design", stream=stream, patience=3600.0) as tell:
-        tell("gains")
-
-    assert stream.getvalue() == ""
-
-
-def test_a_bar_appears_though_the_work_tells_nothing() -> None:
-    """A solver calls nobody for a minute; the bar must come all the same."""
-    stream = Terminal()
-
-    with progress("Design", stream=stream, patience=0.0) as tell:
-        tell("region 2", 0.25)
+    with progress("Design", line=line, stream=stream, patience=0.0) as tell:
+        tell("model [m]", 0.25)
         assert stream.written.wait(timeout=10.0)
 
-    assert "Design: region 2" in stream.getvalue()
+    assert ("1 of 4  model [m]" if steps else "Design: model [m]") in stream.getvalue()
 
 
 STEPS = (Step("model", 2.0), Step("gains", 3.0, varies=True), Step("proof", 1.0), Step("page", 4.0))
@@ -300,17 +255,6 @@ def test_no_time_is_told_in_the_first_seconds() -> None:
     assert str(plain) == "Schulte's law"
 
 
-def test_the_bar_of_a_design_has_the_line_of_its_steps() -> None:
-    """A step with square brackets, as of units, is no markup."""
-    stream = Terminal()
-
-    with progress("Design", line=StepLine(STEPS), stream=stream, patience=0.0) as tell:
-        tell("model [m]")
-        assert stream.written.wait(timeout=10.0)
-
-    assert "1 of 4  model [m]" in stream.getvalue()
-
-
 def test_the_help_of_many_options_is_short_and_complete(capsys: Capture) -> None:
     """At most 60 lines that name every option; --all-options explains each of them."""
     assert main(["design", "--help"]) == 0
@@ -331,6 +275,9 @@ def test_help_lists_every_verb_and_subject(capsys: Capture) -> None:
 
     listed = re.findall(r"^  (\w+)  ", capsys.readouterr().out, flags=re.MULTILINE)
     assert listed == [*SUBJECTS, *(verb.name for verb in VERBS)]
+    assert main(["--help"]) == 0
+    printed = capsys.readouterr().out
+    assert all(f"  {verb.name} " in printed and verb.help in printed for verb in VERBS)
 
 
 @pytest.mark.parametrize("subject", SUBJECTS)
@@ -353,13 +300,6 @@ def test_the_topic_of_a_verb_is_its_help(words: list[str], capsys: Capture) -> N
     expected = capsys.readouterr().out
     assert main(["help", *words]) == 0
     assert capsys.readouterr().out == expected
-
-
-def test_an_unknown_topic_is_answered_with_the_near_ones(capsys: Capture) -> None:
-    assert main(["help", "margin"]) == 2
-
-    error = capsys.readouterr().err
-    assert "did you mean 'margins'?" in error and "`takagi help` lists all" in error
 
 
 def completed(line: str, shell: str, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> list[str]:
@@ -387,6 +327,8 @@ def completed(line: str, shell: str, monkeypatch: pytest.MonkeyPatch, capsys: Ca
         ("takagi study overlap --see", "--seeds"),
         ("takagi simulate x --dur", "--duration"),
         ("takagi help marg", "margins"),
+        # No word is offered where a file is expected, so that the shell offers its files.
+        ("takagi check bui", ""),
     ],
 )
 @pytest.mark.parametrize("shell", ["bash", "fish"])
@@ -394,12 +336,8 @@ def test_a_line_is_completed(
     line: str, word: str, shell: str, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     """Of verbs that are read by typer, by argparse, and by a table of their own."""
-    assert word in completed(line, shell, monkeypatch, capsys)
-
-
-def test_files_are_left_to_the_shell(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    """No word is offered where a file is expected, so that the shell offers its files."""
-    assert completed("takagi check bui", "bash", monkeypatch, capsys) == []
+    offered = completed(line, shell, monkeypatch, capsys)
+    assert word in offered if word else offered == []
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash")

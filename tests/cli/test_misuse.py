@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from takagi.cli.main import main
-from tests.cli.cubic import CUBIC
-from tests.cli.test_certify import NOISY_ROD, ROD
+from tests.cli.cubic import CUBIC, NOISY_ROD, ROD
 
 PLANTS = {"cubic.toml": CUBIC, "noisy.toml": NOISY_ROD, "rod.toml": ROD}
 # Verb and model, then options => what the message has, several texts between ampersands.
@@ -26,6 +25,7 @@ design nrel5mw
     --overlap 0.2 => below 0.09547 rad/s^2 is needed
     --law paper --torque-overlap 9000 => at most 8618.72 N m is needed
     --law paper --speed-overlap 5 => at every wind from 3 m/s on; try 0.11
+    --law paper --speed-overlap 0.6 --ramp-placement 0.99 => pitch acts fully at no speed
     --law paper --ramp-placement 1 => no equilibrium at 11.45 to 25 m/s
     --law papr => choose one of coherent, paper
     --law paper --overlap 0.1 => option --overlap belongs to the effort-sharing law
@@ -44,6 +44,10 @@ design nrel5mw
     --one-step --two-step => leave one of the two out
     --two-step --law paper => --two-step belongs to the effort-sharing law
     --damping 0.7 => --damping is about a plant
+design nrel5wm
+    => did you mean 'nrel5mw'?
+design no.toml
+    => no.toml: no such file; check the path
 certify noisy.toml
     --noise gust=1 => horizon is missing
     --horizon 10s => noise is missing
@@ -65,6 +69,11 @@ certify rod.toml
     --tolerance= => --tolerance
 certify nrel5mw
     --sample-time 10ms => --sample-time is about a plant
+    --gains no.json --bandwidth 0.4 => --bandwidth is about designing gains
+    --gains rod.toml => not JSON
+    --gains no.json => cannot be read
+sweep cart_pole
+    --law effort-sharing --over overlap=0.01 => model cart_pole is a plant
 sweep nrel5mw
     --law papr --over overlap=0.01 => --law papr & effort-sharing, schulte
     --law effort-sharing => no axis was given: add --over & overlap, bandwidth
@@ -79,6 +88,10 @@ tune nrel5mw
     --require 'tower-del 0.9 s' => no unit
     --require 'recovery 30s, recovery 20s' => twice
     --require 'recovry 30s' => recovery
+study overlap cart_pole
+    => model cart_pole is a plant
+study overlp nrel5mw
+    => 'overlp' is not a study (did you mean 'overlap'?)
 study controllers nrel5mw
     --law efort-sharing => did you mean 'effort-sharing'
     --winds 8,26 => 26 m/s was given & from 3 to 25 m/s
@@ -144,8 +157,15 @@ design cubic.toml
     --choice few => option --choice
     --damping 1.5 => option --damping
     --input-limit x=1 => there is no x
+    --initial y=1 => there is no y
 certify cubic.toml
     --gains none.json --law coherent => --law is about a wind turbine
+    --gains no.json --decay-rate 1 => option --decay-rate is about designing gains
+    --gains no.json --damping 0.5 => option --damping is about designing gains
+    --gains no.json --input-limit u=1 => option --input-limit is about designing gains
+    --gains no.json --gain-bound 4 => option --gain-bound is about designing gains
+    --gains no.json --initial x=1 => option --initial is about designing gains
+    --gains-out g.json => --gains-out writes the file of --gains anew
     --inertia 0.9 1.1 => about a wind turbine
 simulate truck_trailer
     --sample-time 1s => its law runs every 2 s already
@@ -168,7 +188,7 @@ tune cart_pole
 def misuses() -> Iterator[tuple[str, str]]:
     verb = ""
     for line in MISUSE.strip().splitlines():
-        options, _, words = line.strip().partition(" => ")
+        options, _, words = line.strip().partition("=> ")
         if words:
             yield f"{verb} {options}", words
         else:

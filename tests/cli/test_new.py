@@ -30,8 +30,6 @@ PENDULUM = [
 
 
 class Terminal:
-    """Standard input of somebody who sits there."""
-
     def isatty(self) -> bool:
         return True
 
@@ -142,16 +140,6 @@ def test_questions_at_a_terminal_give_the_same_file(answers: Callable[[str], lis
     assert any("What is right" in question for question in asked)
 
 
-def test_an_end_of_the_input_writes_nothing(
-    answers: Callable[[str], list[str]], capsys: Capture
-) -> None:
-    answers("theta omega\n\ndeg\n")
-
-    assert main(["new", "a.toml"]) == 2
-    assert "the input ended at" in capsys.readouterr().err
-    assert not Path("a.toml").exists()
-
-
 def test_enter_at_the_first_question_gives_an_example(answers: Callable[[str], list[str]]) -> None:
     asked = answers("\n")
 
@@ -159,32 +147,35 @@ def test_enter_at_the_first_question_gives_an_example(answers: Callable[[str], l
     assert len(asked) == 1 and plant_of("a.toml").name == "Pendulum with a motor"
 
 
-def test_nothing_is_written_where_nothing_is_changed(
-    answers: Callable[[str], list[str]], capsys: Capture
-) -> None:
-    answers("x\n\n-\n\n\n\nk*x\n2 kg\n\n")
-
-    assert main(["new", "a.toml"]) == 2
-    assert "has the unit" in capsys.readouterr().err and not Path("a.toml").exists()
-
-
+@pytest.mark.parametrize(
+    ("given", "words", "found"),
+    [
+        # Neither a value that is left out nor a correction without a name loses the answers.
+        ("x\n\n-\n\n\n\n-k*x\n\n2 kg\n2 1/s\nk = 2 1/s\n",
+         ["k needs a value", '"m = 2 kg" is the form'], ("checked", "1/s")),
+        ("x\n\n-\n\n\n\n-k*x\n2 kg\nno units\n", [], ("unchecked", "")),
+        # Nothing is written where the input ends, or nothing is changed.
+        ("theta omega\n\ndeg\n", ["the input ended at"], None),
+        ("x\n\n-\n\n\n\nk*x\n2 kg\n\n", ["has the unit"], None),
+    ],
+)  # fmt: skip
 def test_an_answer_that_cannot_be_read_is_asked_again(
-    answers: Callable[[str], list[str]], capsys: Capture
+    given: str,
+    words: list[str],
+    found: tuple[str, str] | None,
+    answers: Callable[[str], list[str]],
+    capsys: Capture,
 ) -> None:
-    """Neither a value that is left out nor a correction without a name loses the answers."""
-    answers("x\n\n-\n\n\n\n-k*x\n\n2 kg\n2 1/s\nk = 2 1/s\n")
+    answers(given)
 
-    assert main(["new", "a.toml"]) == 0
+    assert main(["new", "a.toml"]) == (0 if found else 2)
     told = capsys.readouterr().err
-    assert "k needs a value" in told and '"m = 2 kg" is the form' in told
-    assert plant_of("a.toml").parameters[0].written == "1/s"
-
-
-def test_units_may_be_left_out_in_the_end(answers: Callable[[str], list[str]]) -> None:
-    answers("x\n\n-\n\n\n\n-k*x\n2 kg\nno units\n")
-
-    assert main(["new", "a.toml"]) == 0
-    assert plant_of("a.toml").units == "unchecked"
+    assert all(word in told for word in words)
+    assert Path("a.toml").exists() == bool(found)
+    if found:
+        plant = plant_of("a.toml")
+        assert plant.units == found[0]
+        assert not found[1] or plant.parameters[0].written == found[1]
 
 
 def test_a_file_that_is_there_is_replaced_by_force_alone(capsys: Capture) -> None:

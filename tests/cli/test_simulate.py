@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -117,9 +116,7 @@ def test_parts_of_the_plant_can_be_left_out(capsys: Capture) -> None:
 
 
 @pytest.mark.slow
-def test_projects_and_papers_laws_run_with_the_observer(
-    tmp_path: Path, capsys: Capture, asked: Mapping[str, Any]
-) -> None:
+def test_projects_and_papers_laws_run_with_the_observer(tmp_path: Path, capsys: Capture) -> None:
     """Across rated wind neither law leaves the tables; the coherent one does not fight itself."""
     names = ("coherent", "paper", "switched")
     given = [word for name in names for word in ("--law", name)]
@@ -127,7 +124,6 @@ def test_projects_and_papers_laws_run_with_the_observer(
     answer = json.loads((tmp_path / "simulation.json").read_text())
 
     assert status == 0
-    assert asked["settings"].synthesis == "two-step"
     assert "effort-sharing" in capsys.readouterr().out
     assert list(answer["laws"]) == list(names)
     assert [row["law"] for row in answer["rows"]] == list(names) * 3
@@ -141,13 +137,12 @@ def test_projects_and_papers_laws_run_with_the_observer(
         assert abs(wind - estimate) < 1.0
 
 
-@pytest.mark.usefixtures("asked")
 def test_the_printed_filter_is_an_option_of_the_simulation(tmp_path: Path, capsys: Capture) -> None:
     """It reaches the law, torque stays within rated, and other laws and names are refused."""
     run = ("simulate", "nrel5mw", "--duration", "8", "--coupling-filter")
     rated, chosen = nrel5mw().rated_torque, laws.chosen_laws
     variants = {
-        name: chosen(nrel5mw(), ("paper", "switched"), coupling_filter=name, tell=print)
+        name: chosen(nrel5mw(), ("paper", "switched"), coupling_filter=name)
         for name in (None, "sector")
     }
     for name, chosen_by_name in variants.items():
@@ -184,8 +179,6 @@ def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: 
     from takagi.models.simulation.baseline import BaselineLaw
 
     class Wild(BaselineLaw):
-        """The reference's controller, its state no number after one step."""
-
         def state_rate(self, state: Any, measurement: Any) -> Any:
             return np.array([np.inf, 0.0])
 
@@ -205,7 +198,6 @@ def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: 
 def test_a_folder_that_cannot_be_written_is_told_first(
     tmp_path: Path, capsys: Capture, place: str
 ) -> None:
-    """Before any simulation: a file in its place, a file on the way, a place that takes none."""
     (tmp_path / "file").write_text("kept")
     status = main([*QUICK, "--out", str(tmp_path / place)])
 

@@ -16,8 +16,12 @@ from hypothesis import strategies as st
 
 from takagi.models import Interval, ModelError, interpolate_curve, table_function
 from takagi.models.ranges.cell_search import Cell
-from takagi.models.ranges.domain import Domain, sampled_bounds
-from takagi.models.ranges.expression_range import RangeProof, expression_range
+from takagi.models.ranges.expression_range import (
+    Domain,
+    RangeProof,
+    expression_range,
+    sampled_bounds,
+)
 from takagi.models.ranges.symbolic_steps import with_exponentials_as_symbols
 from takagi.models.ranges.tape import TableBalls, ball_of
 from takagi.models.splines.spline import interpolate

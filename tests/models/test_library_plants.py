@@ -31,7 +31,7 @@ from tests.models.library_plants import (
 BLENDED = {"boost_throttle", "split_range"}
 
 
-# Their equations are in plant/test_uncertain_parameters, certificates/test_twelve_states, below.
+# Their equations are in plant/test_uncertain_parameters, certificates/test_discrete_plants, below.
 ELSEWHERE = {"cart_chain", "dc_servo", "two_mass_spring"}
 
 

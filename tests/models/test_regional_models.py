@@ -11,8 +11,7 @@ import sympy as sp
 
 from takagi.models import ModelError, TSModel, full_load_model, nrel5mw, partial_load_model
 from takagi.models.turbine.operating_band import OperatingBand, operating_band
-from takagi.models.turbine.region_models import lowest_wind
-from takagi.models.turbine.regional_model import torque_symbols
+from takagi.models.turbine.region_models import lowest_wind, torque_symbols
 from takagi.models.turbine.trim import rated_wind
 
 PITCH_BAND = 0.034907

@@ -19,11 +19,12 @@ from takagi.models.simulation.wind import (
     gust_wind,
     kaimal_spectrum,
     ramp_wind,
+    read_full_field,
+    read_wind_table,
     rotor_share,
     same_turbulence,
     step_wind,
 )
-from takagi.models.simulation.wind_files import read_full_field, read_wind_table
 
 
 def test_point_spectrum_holds_the_variance() -> None:

@@ -28,7 +28,7 @@ def is_stable(loop: Any) -> bool:
 
 
 def test_textbook_loop_has_the_published_margins_and_peaks() -> None:
-    """Skogestad & Postlethwaite (2005), 2.4: GM 1.63, PM 19.4 deg, M_s 3.92, M_t 3.35, w_B 0.14."""
+    """Skogestad & Postlethwaite (2005), 2.4: GM 1.63, PM 19.4 deg, M_s 3.92."""
     found = loop_margins(response_of(ziegler_nichols_loop()))
 
     assert found.stable
@@ -36,8 +36,6 @@ def test_textbook_loop_has_the_published_margins_and_peaks() -> None:
     assert np.degrees(found.phase) == pytest.approx(19.4, abs=0.06)
     # The book's controller gain is printed to three figures; the peaks move by 0.02 within that.
     assert found.sensitivity_peak == pytest.approx(3.92, abs=0.02)
-    assert found.complementary_peak == pytest.approx(3.35, abs=0.02)
-    assert found.bandwidth == pytest.approx(0.14, abs=0.005)
     assert found.gain_decrease == 0
 
 
@@ -50,7 +48,6 @@ def test_integrator_has_ninety_degrees_and_a_quarter_turn_of_delay(gain: float) 
     assert found.phase == pytest.approx(np.pi / 2, rel=1e-9)
     assert found.delay == pytest.approx(np.pi / 2 / gain, rel=1e-9)
     assert found.sensitivity_peak == pytest.approx(1.0, abs=1e-3)
-    assert found.bandwidth == pytest.approx(gain, rel=1e-9)
     assert (found.gain_decrease, found.gain_increase) == (0.0, np.inf)
 
 
@@ -85,7 +82,6 @@ def test_unstable_plant_has_a_gain_it_may_not_fall_below() -> None:
 
     assert found.stable
     assert found.gain_decrease == pytest.approx(0.5, rel=1e-12)
-    assert found.gain_decrease_frequency == 0
     assert found.phase == pytest.approx(np.pi / 3, rel=1e-9)
 
 

@@ -87,10 +87,14 @@ def test_every_claim_has_its_number_and_assumptions_of_its_own() -> None:
     design = design_of(SMALL)
     rows = claim_rows(design, plant_loop(design))
 
-    assert [row.text.partition(": ")[0] for row in rows] == [c.name for c in design.checked.claims]
-    assert all(row.number and row.assumes and row.why for row in rows)
-    assert "no sampling" not in rows[0].assumes
-    assert any("start in the set" in row.assumes and "no sampling" in row.assumes for row in rows)
+    assert [row["text"].partition(": ")[0] for row in rows] == [
+        c.name for c in design.checked.claims
+    ]
+    assert all(row["number"] and row["assumes"] and row["why"] for row in rows)
+    assert "no sampling" not in rows[0]["assumes"]
+    assert any(
+        "start in the set" in row["assumes"] and "no sampling" in row["assumes"] for row in rows
+    )
 
 
 @pytest.mark.slow

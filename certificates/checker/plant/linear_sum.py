@@ -71,6 +71,11 @@ def _linear(graph: Graph, root: int) -> dict[int, LinearSum]:
     return sums
 
 
+def linear_sum(graph: Graph, root: int) -> LinearSum | None:
+    """Return a node as a sum; None if it is none."""
+    return _linear(graph, root).get(root)
+
+
 def vanishing_sums(graph: Graph, root: int, sides: Mapping[str, Ends]) -> dict[LinearSum, Ends]:
     """Return sum -> exact range for sums without constant that divide, and may be 0 in the box.
 

@@ -7,19 +7,20 @@ the analysis fails and for which smaller uncertainty it would succeed, in floati
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from takagi.certificates.checker.words.rounded import at_least, at_most
-from takagi.certificates.claims.turbine.cell_loop import cell_loops
-from takagi.certificates.claims.turbine.largest_wind_error import (
+from takagi.certificates.claims.turbine.cell_loop import (
     EffortSharingCandidate,
     WindClass,
     calmer,
+    cell_loops,
     class_rates,
     largest_wind_errors,
 )
@@ -86,7 +87,11 @@ def effort_sharing_candidate(
     middle = np.array([float(loop.wind.centre) for loop in loops])
     error = np.interp(middle, shape.wind, shape.error)
     asked = (box, uncertainty, loops)
-    if P is not None and _inside(P, box):
+    inside = P is not None and float(np.linalg.eigvalsh(P)[0]) > 0
+    if P is not None and inside:
+        h = box.directions
+        inside = bool(np.all(np.einsum("di,ij,dj->d", h, np.linalg.inv(P), h) <= 1))
+    if P is not None and inside:
         with_given = largest_wind_errors(P, *asked, cell_rates, error, tell=say)
         if with_given.wind_error.min() > 0:
             return with_given
@@ -104,8 +109,9 @@ def effort_sharing_candidate(
                 return candidate
         last = attempt >= ATTEMPTS - 2
         cell_rates = [Fraction(0) if last else calmer(rate, CALMER) for rate in cell_rates]
-    return candidate or EffortSharingCandidate.without(
-        box, uncertainty, cells, ellipsoid.diagnosis, ellipsoid.words
+    zeros, diagnosis = (np.zeros(len(cells)),) * 4, ellipsoid.diagnosis
+    return candidate or EffortSharingCandidate(
+        box, uncertainty, cells, None, *zeros, np.eye(3), 0.0, diagnosis, ellipsoid.words
     )
 
 
@@ -122,14 +128,6 @@ def _common(
         np.repeat(np.arange(len(cells)), sizes),
         box.directions,
         speed=np.repeat(law.gains.integral_rate, sizes),
-    )
-
-
-def _inside(P: Floats, box: LoopBox) -> bool:
-    """Return whether {x' P x <= 1} lies inside the box."""
-    h = box.directions
-    return float(np.linalg.eigvalsh(P)[0]) > 0 and bool(
-        np.all(np.einsum("di,ij,dj->d", h, np.linalg.inv(P), h) <= 1)
     )
 
 
@@ -153,12 +151,7 @@ def effort_sharing_claim(candidate: EffortSharingCandidate) -> dict[str, Any]:
             "frozen_wake": candidate.uncertainty.frozen_wake,
             "power_coefficient": [float(power.lower), float(power.upper)],
         },
-        "box": {
-            "speed_error": float(box.speed_error),
-            "effort_lag": float(box.effort_lag),
-            "speed_signal": float(box.speed_signal),
-            "wind_share": float(box.wind_share),
-        },
+        "box": {side.name: float(getattr(box, side.name)) for side in fields(box)},
         "P": candidate.P.tolist(),
         "peaks": _peaks(candidate.P),
         "settling": {"P": candidate.settling_P.tolist(), "decay_rate": candidate.common_rate},
@@ -195,31 +188,28 @@ def _peaks(P: Floats) -> dict[str, float]:
     }
 
 
+RANGES = (
+    *("wind", "effectiveness_limit", "stiffness", "loop_gain", "lag_gain", "share_gain"),
+    "lag_rate",
+)
+SIZES = (
+    *("residual", "wind_gain", "inertia_gain", "effectiveness_slope", "reference_slope"),
+    "lag_disturbance",
+)
+
+
 def _cell(candidate: EffortSharingCandidate, k: int) -> dict[str, Any]:
     cell = candidate.cells[k]
-    nodes = ("wind", "effectiveness_limit")
-    ranges = (*nodes, "stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
-    sizes = (
-        "residual",
-        "wind_gain",
-        "inertia_gain",
-        "effectiveness_slope",
-        "reference_slope",
-        "lag_disturbance",
-    )
-    stated: dict[str, Any] = {}
-    for name in ranges:
-        interval: Interval = getattr(cell, name)
-        stated[name] = [float(interval.lower), float(interval.upper)]
-    for name in sizes:
-        stated[name] = float(getattr(cell, name))
-    return stated | {
-        "integral_rate": float(cell.integral_rate.lower),
-        "multiplier": float(candidate.multipliers[k]),
-        "wind_error": float(candidate.wind_error[k]),
-        "wind_rate": float(candidate.wind_rate[k]),
-        "decay_rate": float(candidate.decay_rate[k]),
+    ranges: dict[str, Interval] = {name: getattr(cell, name) for name in RANGES}
+    stated: dict[str, Any] = {
+        name: [float(range_.lower), float(range_.upper)] for name, range_ in ranges.items()
     }
+    stated |= {name: float(getattr(cell, name)) for name in SIZES}
+    stated["integral_rate"] = float(cell.integral_rate.lower)
+    stated["multiplier"] = float(candidate.multipliers[k])
+    for name in ("wind_error", "wind_rate", "decay_rate"):
+        stated[name] = float(getattr(candidate, name)[k])
+    return stated
 
 
 # Fractions of the requested interval's excess over 1 that are tried, the largest first.
@@ -255,7 +245,8 @@ def failing_winds(cells: Sequence[LoopCell]) -> str:
     if growth[worst] >= 0:
         bad = [cell for cell, rate in zip(cells, growth, strict=True) if rate >= 0]
         return (
-            f"the loop itself may be unstable in {_count(bad, len(cells))}; worst at wind "
+            f"the loop itself may be unstable in {len(bad)} of {len(cells)} wind cells ("
+            f"{float(bad[0].wind.lower):g} to {float(bad[-1].wind.upper):g} m/s); worst at wind "
             f"{_span(cells[worst])} m/s, where a deviation may grow at {growth[worst]:.3g} 1/s"
         )
     for cell, A in zip(cells, corners, strict=True):
@@ -264,7 +255,12 @@ def failing_winds(cells: Sequence[LoopCell]) -> str:
                 f"at wind {_span(cell)} m/s alone no quadratic function serves all the loop's "
                 "corners"
             )
-    reach = _longest_prefix(corners)
+
+    def lost(count: int) -> bool:
+        return not _has_function(np.concatenate(corners[:count]))
+
+    # How many cells, counted from the lowest wind, share one function.
+    reach = bisect_left(range(1, len(cells) + 1), True, key=lost)
     if reach == len(cells):
         return (
             "a common quadratic function exists, but its set does not stay inside the box under "
@@ -284,25 +280,8 @@ def _has_function(A: Floats) -> bool:
     return common_lyapunov(A).P is not None
 
 
-def _longest_prefix(corners: Sequence[Floats]) -> int:
-    """Return how many cells, counted from the lowest wind, share one function; by bisection."""
-    low, high = 1, len(corners) + 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if _has_function(np.concatenate(corners[:middle])):
-            low = middle
-        else:
-            high = middle
-    return low
-
-
 def _span(cell: LoopCell) -> str:
     return f"{float(cell.wind.lower):g} to {float(cell.wind.upper):g}"
-
-
-def _count(bad: Sequence[LoopCell], total: int) -> str:
-    low, high = float(bad[0].wind.lower), float(bad[-1].wind.upper)
-    return f"{len(bad)} of {total} wind cells ({low:g} to {high:g} m/s)"
 
 
 def smaller_uncertainty(
@@ -320,7 +299,9 @@ def smaller_uncertainty(
 
     span = uncertainty.inertia
     for share in SHARES if span.width else ():
-        narrow = _narrowed(span, share)
+        # A fraction of each side's width about 1, rounded towards 1.
+        below, above = (int(abs(end - 1) * share * 10**DIGITS) for end in (span.lower, span.upper))
+        narrow = Interval(1 - Fraction(below, 10**DIGITS), 1 + Fraction(above, 10**DIGITS))
         if helps(replace(uncertainty, inertia=narrow)):
             low, high = float(narrow.lower), float(narrow.upper)
             return f"with these gains inertia {low:g} to {high:g} of nominal would do"
@@ -353,10 +334,3 @@ def larger_least_pitch(
         if not why_not_proved(candidate):
             return f"a smallest pitch of {pitch:g} deg would do (pitch.minimum of the file)"
     return ""
-
-
-def _narrowed(span: Interval, share: Fraction) -> Interval:
-    """Return the interval around 1 with a fraction of each side's width, rounded towards 1."""
-    scale = 10**DIGITS
-    low, high = (1 - span.lower) * share * scale, (span.upper - 1) * share * scale
-    return Interval(1 - Fraction(int(low), scale), 1 + Fraction(int(high), scale))

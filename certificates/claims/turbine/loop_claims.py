@@ -24,8 +24,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
@@ -38,14 +38,14 @@ from takagi.certificates.checker.kernel.obligation import Obligations, first_fai
 from takagi.certificates.checker.kernel.reader import number, read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.turbine.effort_sharing.bumpless import NAME, CellRates, cell_rates
+from takagi.certificates.checker.turbine.effort_sharing.bumpless import NAME, cell_rates
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, filter_keeps_up
 from takagi.certificates.checker.turbine.published.bumpless import NAME as PUBLISHED_NAME
 from takagi.certificates.checker.turbine.published.bumpless import RATES, command_rates
 from takagi.certificates.checker.turbine.published.loop_claim import PublishedLoop
+from takagi.certificates.claims.turbine.cell_loop import EffortSharingCandidate
 from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_claim
-from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
 from takagi.certificates.document.certificate_file import (
     certificate_document,
     effort_sharing_law_data,
@@ -84,10 +84,7 @@ class RateRange:
     def data(self) -> dict[str, Any]:
         """Return the range as plain data of the claim."""
         return {
-            "wind": self.wind.tolist(),
-            "estimate_rate": self.estimate_rate.tolist(),
-            "schedule_rate": self.schedule_rate.tolist(),
-            "estimate_error": self.estimate_error,
+            member.name: np.asarray(getattr(self, member.name)).tolist() for member in fields(self)
         }
 
 
@@ -125,8 +122,11 @@ def rate_range(
     Where ``estimate_error``, eta [m/s], exceeds a cell's wind error, the rate is 0: not provable.
     """
     edges = np.array([cells[0]["wind"][0], *(cell["wind"][1] for cell in cells)], dtype=np.float64)
-    caps = _caps(cells, wind_filter, estimate_error)
-    nodes = np.array([_cone(s, edges, caps, STEEPEST / wind_filter) for s in edges])
+    filtered = np.array([cell["wind_error"] - estimate_error for cell in cells]) / wind_filter
+    caps = np.maximum(np.minimum([cell["wind_rate"] for cell in cells], filtered), 0.0)
+    # min_k cap_k + slope dist(s, cell k) at every node s.
+    away = np.maximum(np.maximum(edges[:-1] - edges[:, None], edges[:, None] - edges[1:]), 0.0)
+    nodes = np.min(caps + STEEPEST / wind_filter * away, axis=1)
     wind, phi = _with_bends(edges, caps, nodes, GENTLE / wind_filter)
     phi = _down(phi)
     rows, bounds = _conditions(wind, phi, wind_filter)
@@ -134,25 +134,10 @@ def rate_range(
     # The linear program may return slightly less than phi; phi itself is used if it is feasible.
     nearest = np.where(rate > phi - 2 * 10.0**-RATE_DIGITS, phi, rate)
     nearest = np.where((rows[rows @ nearest > bounds + 1e-12] != 0).any(axis=0), rate, nearest)
-    stated = _exact(wind, nearest, phi, estimate_error)
+    columns = [[*map(exact, column.tolist())] for column in (wind, nearest, phi)]
+    stated = Range(columns[0], columns[1], columns[2], exact(estimate_error))
     fits = not first_failure(filter_keeps_up(stated, exact(wind_filter)))
     return RateRange(wind, nearest if fits else rate, phi, estimate_error)
-
-
-def _exact(wind: Floats, rate: Floats, phi: Floats, error: float) -> Range:
-    nodes, r, limit = ([exact(value) for value in column.tolist()] for column in (wind, rate, phi))
-    return Range(nodes, r, limit, exact(error))
-
-
-def _caps(cells: Sequence[Mapping[str, Any]], wind_filter: float, error: float) -> Floats:
-    rates = np.array([cell["wind_error"] - error for cell in cells]) / wind_filter
-    return np.maximum(np.minimum([cell["wind_rate"] for cell in cells], rates), 0.0)
-
-
-def _cone(s: float, edges: Floats, caps: Floats, slope: float) -> float:
-    """Return min_k cap_k + slope dist(s, cell k)."""
-    away = np.maximum(np.maximum(edges[:-1] - s, s - edges[1:]), 0.0)
-    return float(np.min(caps + slope * away))
 
 
 def _with_bends(edges: Floats, caps: Floats, nodes: Floats, slope: float) -> tuple[Floats, Floats]:
@@ -176,11 +161,15 @@ def _conditions(wind: Floats, phi: Floats, wind_filter: float) -> tuple[Floats, 
     for i, (low, high) in enumerate(pairwise(wind.tolist())):
         slope = (phi[i + 1] - phi[i]) / (high - low)
         for ahead in (wind_filter, -wind_filter):
-            for s in _meetings(wind, low, high, low + ahead * phi[i], high + ahead * phi[i + 1]):
+            # The piece's ends, and the winds that the filter's lead shifts to a node.
+            first, last = low + ahead * phi[i], high + ahead * phi[i + 1]
+            nodes = wind[(wind > min(first, last)) & (wind < max(first, last))].tolist()
+            shifted = (low + (high - low) * (node - first) / (last - first) for node in nodes)
+            for s in (low, high, *shifted):
                 here = phi[i] + slope * (s - low)
                 estimate = s + ahead * here
                 if wind[0] - CLOSE <= estimate <= wind[-1] + CLOSE:
-                    rows.append(_weights(wind, estimate))
+                    rows.append([np.interp(estimate, wind, unit) for unit in np.eye(len(wind))])
                     bounds.append(here * (1 + ahead * slope))
     return np.array(rows), np.array(bounds)
 
@@ -192,24 +181,6 @@ def _largest(rows: Floats, bounds: Floats, phi: Floats) -> Floats:
     scale = np.maximum(phi, 10.0**-RATE_DIGITS)
     result = linprog(-np.ones(len(phi)), rows * scale, bounds, bounds=[(0, 1)] * len(phi))
     return np.asarray(result.x * scale if result.status == 0 else np.zeros(len(phi)))
-
-
-def _meetings(wind: Floats, low: float, high: float, first: float, last: float) -> Iterator[float]:
-    """Yield a piece's ends, and the winds that the filter's lead shifts to a node."""
-    yield low
-    yield high
-    for node in wind[(wind > min(first, last)) & (wind < max(first, last))]:
-        yield low + (high - low) * (float(node) - first) / (last - first)
-
-
-def _weights(wind: Floats, at: float) -> Floats:
-    """Return the row that gives r at a wind from r at the nodes."""
-    row = np.zeros(len(wind))
-    inside = min(max(at, float(wind[0])), float(wind[-1]))
-    i = min(int(np.searchsorted(wind, inside, side="right")) - 1, len(wind) - 2)
-    share = (inside - wind[i]) / (wind[i + 1] - wind[i])
-    row[i : i + 2] = 1 - share, share
-    return row
 
 
 def _down(values: Floats) -> Floats:
@@ -274,10 +245,15 @@ def loop_document(
         claims.append(set_points_claim(turbine, law, model, gains))
     if controller is not None:
         say("loop with its observer, at constant winds")
-        inertia = claims[0]["uncertainty"]["inertia"]
-        running, reasons = running_claim(model, gains, controller, inertia)
-        claims += running
-        left_out |= reasons
+        # Imported here: it loads a solver.
+        from takagi.certificates.claims.turbine.running_loop_claim import running_loop_claim
+
+        filters, inertia = controller, claims[0]["uncertainty"]["inertia"]
+        claim, why = _unless_open(
+            lambda: running_loop_claim(model, gains, filters, inertia), model, gains, []
+        )
+        claims += [claim] if claim else []
+        left_out |= {} if claim else {"running-loop": f"not claimed: {why}"}
     return certificate_document(
         model=model,
         gains=gains,
@@ -300,25 +276,6 @@ def loop_claims(
         claims += [claim] if claim else []
         left_out |= {kind: f"not claimed: {why}"} if why else {}
     return claims, left_out
-
-
-def running_claim(
-    model: Mapping[str, Any],
-    gains: Mapping[str, Any],
-    controller: Mapping[str, Any],
-    inertia: Sequence[float],
-) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Return the claim about the loop with its observer, or by its kind why there is none.
-
-    ``controller``, ``inertia`` : as ``running_loop_claim`` takes them.
-    """
-    # Imported here: it loads a solver.
-    from takagi.certificates.claims.turbine.running_loop_claim import running_loop_claim
-
-    claim, why = _unless_open(
-        lambda: running_loop_claim(model, gains, controller, inertia), model, gains, []
-    )
-    return ([claim], {}) if claim else ([], {"running-loop": f"not claimed: {why}"})
 
 
 def _unless_open(
@@ -368,7 +325,10 @@ def bumpless_claim(
     pitch_limit = number(data["model"], "pitch_rate_limit", "model")
     cells = []
     for bound in cell_rates(subject, data["loop"], "loop"):
-        signal = _signal_rate(bound, P)
+        # max sqrt(h P^-1 h') over the corners, rounded up.
+        rows = np.array([[*map(float, h)] for h in bound.corners])
+        largest = float(np.sqrt(np.einsum("ci,ij,cj->c", rows, P, rows).max()))
+        signal = _up(Fraction(largest * RESERVE))
         cells.append(
             {
                 "pitch_rate": float(min(pitch_limit, _up(bound.pitch))),
@@ -394,13 +354,6 @@ def published_bumpless_claim(
         for c in stated.cells
     ]
     return {"name": PUBLISHED_NAME, "kind": "bumpless", "loop": 0, "cells": cells}
-
-
-def _signal_rate(bound: CellRates, inverse: Any) -> Fraction:
-    """Return max sqrt(h P^-1 h') over the corners, rounded up."""
-    rows = np.array([[float(entry) for entry in h] for h in bound.corners])
-    largest = float(np.sqrt(np.einsum("ci,ij,cj->c", rows, inverse, rows).max()))
-    return _up(Fraction(largest * RESERVE))
 
 
 def _up(value: Fraction) -> Fraction:

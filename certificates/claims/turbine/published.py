@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -37,6 +37,7 @@ from takagi.models.ramps import Ramp
 from takagi.models.turbine.data import Turbine
 
 Span = tuple[float, float]
+End = TypeVar("End", float, Fraction)
 
 # Half widths of the set in rotor speed [rad/s]: the starting value, and those to grow to.
 STARTS = (0.001, 0.0005)
@@ -177,7 +178,8 @@ class PublishedSearch:
             [[p.rotor_speed, max(p.pitch, self.law.turbine.pitch_min), p.integral] for p in ends],
             CENTRE_DIGITS,
         )
-        return self._around(wind, centre, _kind(ends))
+        kinds = {point.kind for point in ends}
+        return self._around(wind, centre, kinds.pop() if len(kinds) == 1 else "shifted")
 
     def _around(self, wind: tuple[float, float], centre: Floats, kind: str) -> FoundCell | Unproved:
         try:
@@ -322,14 +324,9 @@ def _halved(search: PublishedSearch, wind: tuple[float, float]) -> Iterator[Foun
     yield from _halved(search, (middle, high))
 
 
-def _kind(ends: list[Equilibrium]) -> str:
-    kinds = {point.kind for point in ends}
-    return kinds.pop() if len(kinds) == 1 else "shifted"
-
-
-def merged(spans: Sequence[Span]) -> list[Span]:
+def merged(spans: Sequence[tuple[End, End]]) -> list[tuple[End, End]]:
     """Return the union as disjoint ranges, in order."""
-    union: list[Span] = []
+    union: list[tuple[End, End]] = []
     for low, high in sorted(spans):
         if union and low <= union[-1][1]:
             union[-1] = union[-1][0], max(high, union[-1][1])
@@ -377,7 +374,7 @@ def published_candidate(
     law: PublishedLaw,
     *,
     winds: Sequence[Span] | None = None,
-    narrowest: float | None = None,
+    narrowest: float = NARROWEST,
     ladder: tuple[float, ...] = (),
 ) -> PublishedCandidate:
     """Return cells in which the loop with a published law contracts, at constant winds.
@@ -385,7 +382,7 @@ def published_candidate(
     Parameters
     ----------
     winds : ranges [m/s]; None takes cut-in to cut-out.
-    narrowest : a failing cell is halved down to this width [m/s]; None takes the default.
+    narrowest : a failing cell is halved down to this width [m/s].
     ladder : half widths in speed [rad/s] of the sets to try, from the largest down; empty takes a
         small one and grows it as far as it goes.
 
@@ -393,8 +390,7 @@ def published_candidate(
     ------
     ModelError : a law that no claim covers (another filter, gains that depend on the premise d).
     """
-    width = NARROWEST if narrowest is None else narrowest
-    search = PublishedSearch.of(law, narrowest=width, ladder=ladder)
+    search = PublishedSearch.of(law, narrowest=narrowest, ladder=ladder)
     spans = tuple(winds) if winds else ((law.turbine.cut_in, law.turbine.cut_out),)
     results = [cell for span in spans for cell in search_cells(search, span)]
     return PublishedCandidate(
@@ -413,7 +409,7 @@ def with_overlaps(
     old: CouplingFilter = law.coupling
     ramp = old.speed_ramp
     below = (law.speed_setpoint - ramp.start) / ramp.width
-    start = _short(law.speed_setpoint - below * speed_overlap, 12)
+    start = float(f"{law.speed_setpoint - below * speed_overlap:.12g}")
     coupling = replace(
         old,
         speed_ramp=Ramp(start, speed_overlap, ramp.shape),
@@ -470,7 +466,3 @@ def _joined(gaps: Sequence[Unproved]) -> list[Unproved]:
         else:
             joined.append(gap)
     return joined
-
-
-def _short(value: float, digits: int = 9) -> float:
-    return float(f"{value:.{digits}g}")

@@ -25,12 +25,11 @@ becomes very small.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
-from math import floor, log10
 from typing import Any
 
 import numpy as np
@@ -57,6 +56,7 @@ from takagi.certificates.checker.turbine.running_loop.running_claim import (
     cell_obligations,
 )
 from takagi.certificates.checker.turbine.turbine_claim import refusal_fails
+from takagi.certificates.claims.turbine.published import merged
 from takagi.lmi.cone.cone_program import Cone, ConeProgram
 from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats
@@ -148,27 +148,13 @@ def _cell(subject: Subject, winds: Span, sides: Sides) -> Cell:
 
 def box_of_size(subject: Subject, size: Fraction) -> Sides:
     """Return the largest box times a factor."""
-    speed = _two_digits(subject.plant.rated_speed / RATED_SPEED)
-    effort = _two_digits(subject.law.overlap / OVERLAP)
+    ratios = subject.plant.rated_speed / RATED_SPEED, subject.law.overlap / OVERLAP
+    speed, effort = (Fraction(f"{float(ratio):.2g}") for ratio in ratios)
     factors = dict.fromkeys(SPEEDS, speed) | dict.fromkeys(EFFORTS, effort)
     return Sides(**{
         side.name: size * factors.get(side.name, Fraction(1)) * getattr(LARGEST, side.name)
         for side in fields(Sides)
     })  # fmt: skip
-
-
-def size_of_box(sides: Sides) -> Fraction:
-    """Return a box's size as a fraction of the largest."""
-    return sides.estimate / LARGEST.estimate
-
-
-def _two_digits(value: Fraction) -> Fraction:
-    return Fraction(f"{float(value):.2g}")
-
-
-def _pieces(cell: Cell) -> list[Span]:
-    """Return the pieces of the pitch share: at every instant it lies in one of them."""
-    return cut(cell.ramp_share, 1 if cell.ramp_share[1] - cell.ramp_share[0] < WIDEST_SHARE else 2)
 
 
 def _solved(cell: Cell, decay: Fraction) -> tuple[Rows, list[dict[str, Fraction]]] | None:
@@ -177,7 +163,10 @@ def _solved(cell: Cell, decay: Fraction) -> tuple[Rows, list[dict[str, Fraction]
     boxes = []
     for h, bound in rows(cell, span).values():
         boxes.append(np.array(h, dtype=np.float64) * unit / float(bound))
-    posed = [equations(cell, span, share_range) for share_range in _pieces(cell)]
+    low, high = cell.ramp_share
+    # At every instant the pitch share lies in one of the pieces.
+    pieces = cut(cell.ramp_share, 1 if high - low < WIDEST_SHARE else 2)
+    posed = [equations(cell, span, share_range) for share_range in pieces]
     loops = [_scaled(*equations_of_piece, unit) for equations_of_piece in posed]
     largest_set = _largest_set([(F, Z) for F, Z, _ in loops], np.array(boxes), float(decay))
     if largest_set is None:
@@ -215,12 +204,7 @@ def _scaled(signals: Signals, rates: list[Signal], unit: Floats) -> tuple[Floats
 
 
 def _decimal(value: float) -> Fraction:
-    """Return the number with eight digits."""
-    if value == 0:
-        return Fraction(0)
-    decimals = DIGITS - 1 - floor(log10(abs(value)))
-    ten = Fraction(10) ** decimals
-    return round(Fraction(value) * ten) / ten
+    return Fraction(f"{value:.{DIGITS}g}")
 
 
 def _largest_set(
@@ -233,77 +217,53 @@ def _largest_set(
     """
     n = boxes.shape[1]
     pairs = [(i, j) for j in range(n) for i in range(j + 1)]
-    counts = [len(outer) for _, outer in loops]
-    starts = np.concatenate([[len(pairs)], len(pairs) + np.cumsum(counts)])
-    size = int(starts[-1]) + 1  # Q, the multipliers of each piece, the least eigenvalue
-    columns: list[list[Floats]] = [[] for _ in range(size)]
-    constants: list[Floats] = []
-    basis = [_unit_matrix(n, i, j) for i, j in pairs]
-    rows = np.zeros((len(boxes), size))
-    for index, E in enumerate(basis):
-        rows[:, index] = np.einsum("ri,ij,rj->r", boxes, E, boxes)
-    cones: list[Cone] = []
-    offset = 0
-    for number, (rates, outer) in enumerate(loops):
-        k = counts[number]
-        entries = list(_by_function(rates, outer, basis, RATE_FACTOR * decay))
-        entries += _by_multipliers(rates, outer)
-        entry_columns = [*range(len(pairs)), *range(starts[number], starts[number] + k)]
-        blank = np.zeros((n + k) * (n + k + 1) // 2)
-        entry_of = dict(zip(entry_columns, entries, strict=True))
-        for column in range(size):
-            columns[column].append(_packed(entry_of[column]) if column in entry_of else blank)
-        constants.append(np.zeros(len(blank)))
-        cones.append(Cone(n + k, 1, offset))
-        offset += (n + k) * (n + k + 1) // 2
-    # Q - q I >= 0.
-    for column in range(size):
-        if column < len(pairs):
-            columns[column].append(-_packed(basis[column]))
-        else:
-            columns[column].append(_packed(np.eye(n)) * float(column == size - 1))
-    constants.append(np.zeros(n * (n + 1) // 2))
-    cones.append(Cone(n, 1, offset))
-    A = np.vstack([rows, np.column_stack([np.concatenate(column) for column in columns])])
-    b = np.concatenate([np.full(len(boxes), 1 - MARGIN), *constants])
-    q = -np.array([float(i == j) for i, j in pairs] + [0.0] * (size - len(pairs)))
+    basis = np.zeros((len(pairs), n, n))
+    for E, (i, j) in zip(basis, pairs, strict=True):
+        E[i, j] = E[j, i] = 1.0
+    ends = np.cumsum([len(pairs), *(len(outer) for _, outer in loops)])
+
+    def split(y: Floats) -> tuple[Floats, list[Floats]]:
+        """Return Q and the 1/tau of each piece; the last unknown is Q's least eigenvalue."""
+        Q, *S, _ = np.split(y, ends)
+        return np.tensordot(Q, basis, axes=1), S
+
+    def sides(y: Floats) -> list[Floats]:
+        Q, S = split(y)
+        inequalities = [_piece(*loop, Q, s, decay) for loop, s in zip(loops, S, strict=True)]
+        return [*inequalities, y[-1] * np.eye(n) - Q]
+
+    unknowns = np.eye(int(ends[-1]) + 1)
+    rows = [np.einsum("ri,ij,rj->r", boxes, split(y)[0], boxes) for y in unknowns]
+    columns = [
+        np.concatenate([row, *map(_packed, sides(y))])
+        for row, y in zip(rows, unknowns, strict=True)
+    ]
+    orders = [*map(len, sides(unknowns[0]))]
+    offsets = np.cumsum([0, *(m * (m + 1) // 2 for m in orders)]).tolist()
+    cones = tuple(Cone(m, 1, at) for m, at in zip(orders, offsets, strict=False))
+    A = np.column_stack(columns)
+    b = np.zeros(len(A))
+    b[: len(boxes)] = 1 - MARGIN
+    q = -np.array([float(i == j) for i, j in pairs] + [0.0] * (len(unknowns) - len(pairs)))
     q[-1] = -LEAST_WEIGHT * n
-    raw = Session().solve(ConeProgram(q, sp.csc_array(A), b, len(boxes), tuple(cones)))
+    raw = Session().solve(ConeProgram(q, sp.csc_array(A), b, len(boxes), cones))
     if "Solved" not in raw.status or not np.all(np.isfinite(raw.y)):
         return None
-    Q = sum((raw.y[p] * E for p, E in enumerate(basis)), np.zeros((n, n)))
-    S = [raw.y[a:b] for a, b in zip(starts[:-1], starts[1:], strict=True)]
+    Q, S = split(np.asarray(raw.y))
     if np.linalg.eigvalsh(Q).min() <= 0 or min(float(s.min(initial=1)) for s in S) <= 0:
         return None
-    return np.linalg.inv(Q), [1 / s for s in S]
+    return np.asarray(np.linalg.inv(Q), dtype=np.float64), [1 / s for s in S]
 
 
-def _by_function(
-    rates: Floats, outer: Floats, basis: list[Floats], decay: float
-) -> Iterator[Floats]:
-    """Yield the contribution of each entry of Q to the inequality of one piece."""
-    n = len(rates)
-    A, C = rates[:, :n], outer[:, :n]
-    for E in basis:
-        AQ, QC = A @ E, E @ C.T
-        yield np.block([[AQ + AQ.T + 2 * decay * E, QC], [QC.T, np.zeros((len(C), len(C)))]])
-
-
-def _by_multipliers(rates: Floats, outer: Floats) -> Iterator[Floats]:
-    """Yield the contribution of each 1/tau to the same inequality."""
+def _piece(rates: Floats, outer: Floats, Q: Floats, s: Floats, decay: float) -> Floats:
+    """Return the inequality of one piece, as the module states it, with both margins."""
     n, k = len(rates), len(outer)
-    along = np.vstack([rates[:, -k:], outer[:, -k:]]) if k else np.zeros((n, 0))
-    for i in range(k):
-        contribution = np.outer(along[:, i], along[:, i])
-        contribution[n + i, n + i] -= 1 - MARGIN
-        yield contribution
-
-
-def _unit_matrix(n: int, i: int, j: int) -> Floats:
-    """Return the symmetric matrix with ones at (i, j) and (j, i)."""
-    matrix = np.zeros((n, n))
-    matrix[i, j] = matrix[j, i] = 1.0
-    return matrix
+    AQ, QC = rates[:, :n] @ Q, Q @ outer[:, :n].T
+    along = np.vstack([rates[:, n:], outer[:, n:]])
+    M = np.block([[AQ + AQ.T + 2 * RATE_FACTOR * decay * Q, QC], [QC.T, np.zeros((k, k))]])
+    M += along * s @ along.T
+    M[n:, n:] -= (1 - MARGIN) * np.diag(s)
+    return np.asarray(M)
 
 
 def _packed(matrix: Floats) -> Floats:
@@ -354,12 +314,11 @@ def running_loop_claim(
     cells = list(cells_over_winds(subject))
     if not cells:
         raise Refused("no quadratic function was found at any wind")
-    winds = _joined(cells)
     nodes = subject.law.wind
     return {
         "name": f"running loop, {float(nodes[0]):g} to {float(nodes[-1]):g} m/s",
         **head,
-        "winds": [_row(pair) for pair in winds],
+        "winds": [[*map(float, pair)] for pair in merged([cell.winds for cell in cells])],
         "cells": [_data(cell) for cell in cells],
     }
 
@@ -367,13 +326,7 @@ def running_loop_claim(
 def _stated_controller(
     controller: Mapping[str, Any], gains: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
-    """Return the numbers of observer and filters that a claim repeats from the gain file.
-
-    Raises
-    ------
-    Refused : one of them is missing, or the law has no filter of the wind estimate.
-    ModelError : one of them is no object.
-    """
+    """Return the numbers of observer and filters that a claim repeats from the gain file."""
     if any(key not in controller for key in STATED):
         raise Refused("the gain file has no observer, or no low-pass on the measured speed")
     for key, names in STATED.items():
@@ -401,28 +354,25 @@ def loop_subject(
     return Subject(plant, law, machine, Fraction(str(claim["decay_rate"])))
 
 
-def cells_over_winds(subject: Subject) -> Iterator[StatedCell]:
-    """Yield the cells, in the order of their winds."""
-    hint = 0
-    for winds in pairwise(subject.law.wind):
-        for cell in _cells(subject, winds, hint):
+def cells_over_winds(
+    subject: Subject, intervals: Iterable[Span] | None = None, hint: int = 0
+) -> Iterator[StatedCell]:
+    """Yield the cells, in the order of their winds.
+
+    ``intervals`` : None takes those of the law's tables;  ``hint`` : the place of the last cell's
+    size.
+    """
+    for low, high in pairwise(subject.law.wind) if intervals is None else intervals:
+        middle = Fraction(round((low + high) / 2 * WIND_DENOMINATOR), WIND_DENOMINATOR)
+        halves = ((low, middle), (middle, high))
+        largest, cells = _largest(subject, (low, high), hint), iter(list[StatedCell]())
+        if largest is not None and not _is_small(subject, largest, halves):
+            cells = iter([largest])
+        elif high - low >= 2 * LEAST_WIDTH:
+            cells = cells_over_winds(subject, halves, hint)
+        for cell in cells:
             hint = _place(cell)
             yield cell
-
-
-def _cells(subject: Subject, winds: Span, hint: int) -> Iterator[StatedCell]:
-    """Yield the cells of one interval; ``hint`` is the place of the last cell's size."""
-    cell_of_interval = _largest(subject, winds, hint)
-    low, high = winds
-    middle = Fraction(round((low + high) / 2 * WIND_DENOMINATOR), WIND_DENOMINATOR)
-    halves = ((low, middle), (middle, high))
-    if cell_of_interval is not None and not _is_small(subject, cell_of_interval, halves):
-        yield cell_of_interval
-    elif high - low >= 2 * LEAST_WIDTH:
-        for half in halves:
-            for cell in _cells(subject, half, hint):
-                hint = _place(cell)
-                yield cell
 
 
 def _largest(subject: Subject, winds: Span, hint: int) -> StatedCell | None:
@@ -447,31 +397,14 @@ def _is_small(subject: Subject, cell: StatedCell, halves: tuple[Span, Span]) -> 
 
 
 def _place(cell: StatedCell) -> int:
-    return SIZES.index(size_of_box(cell.sides))
-
-
-def _joined(cells: Sequence[StatedCell]) -> list[Span]:
-    """Return the ranges of winds that cells cover."""
-    joined: list[Span] = []
-    for low, high in (cell.winds for cell in cells):
-        if joined and joined[-1][1] == low:
-            joined[-1] = (joined[-1][0], high)
-        else:
-            joined.append((low, high))
-    return joined
+    return SIZES.index(cell.sides.estimate / LARGEST.estimate)
 
 
 def _data(cell: StatedCell) -> dict[str, Any]:
     """Return a cell as plain data, with floats that print as the short decimals of the cell."""
     return {
-        "wind": _row(cell.winds),
+        "wind": [*map(float, cell.winds)],
         "sides": {side.name: float(getattr(cell.sides, side.name)) for side in fields(Sides)},
-        "P": [_row(row) for row in cell.P],
-        "multipliers": [
-            {name: float(value) for name, value in by_name.items()} for by_name in cell.multipliers
-        ],
+        "P": [[*map(float, row)] for row in cell.P],
+        "multipliers": [{name: float(x) for name, x in tau.items()} for tau in cell.multipliers],
     }
-
-
-def _row(values: Any) -> list[float]:
-    return [float(value) for value in values]

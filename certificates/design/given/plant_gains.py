@@ -175,12 +175,13 @@ def read_observer_gains(
     if "observer" not in law:
         raise CertificateError(
             f"{source}: its law has all states, but the plant measures "
-            f"{', '.join(work.question.measured)}; design the gains anew, or leave out 'measured'"
+            f"{', '.join(work.base.task.plant.measured or ())}; design the gains anew, or leave "
+            "out 'measured'"
         )
     where = f"{source}: law"
-    K = _gains(law, work.base.model, source)
+    K = _gains(law, work.base.task.model, source)
     L = stack_of(read_stack(member(law, "observer", where), "L", f"{where}.observer"))
-    (r, _, n), p = K.shape, len(work.question.rows)
+    (r, _, n), p = K.shape, len(work.rows)
     if L.shape[0] not in (1, r) or L.shape[1:] != (n, p):
         raise CertificateError(f"{where}.observer.L has shape {L.shape}; ({r}, {n}, {p}) is needed")
     try:

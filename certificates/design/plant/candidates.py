@@ -33,21 +33,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from takagi.certificates.design.plant.gains import (
+from takagi.certificates.design.plant.gain_task import (
     ALL_PAIRS,
     ONE_GAIN,
     FoundGains,
-    find_gains,
-    input_limits,
-    one_gain,
+    GainTask,
     rounded_gains,
-    state_box,
     weights_at_rest,
 )
+from takagi.certificates.design.plant.gains import find_gains
 from takagi.certificates.design.plant.many_rules import work_of
 from takagi.certificates.design.plant.plain_words import in_file_rates
 from takagi.certificates.design.plant.wishes import NO_RATE, TRIED_RATES
@@ -58,10 +56,6 @@ from takagi.lmi import Answer, Design
 from takagi.models.arrays import Floats
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_simulation.settling import ManyMotions
-
-if TYPE_CHECKING:
-    from takagi.models.plant.plant import Plant
-    from takagi.models.ts.model import TSModel
 
 LONGEST = 8.0  # time [s], by an estimate, of a law at one rate with its proof; else none is tried
 MORE = 1.5  # times the first law's commands, which others may take
@@ -156,8 +150,6 @@ class Contest:
 
     Attributes
     ----------
-    limits : (m,) of the inputs, SI; None for none.
-    box : (n,) half-widths of the states' ranges, inf for none.
     first_set : P of the first law's set {x' P x <= 1}.
     sizes, inputs : (n,), (m,), which make the regulator's weights: half-widths and limits, or the
         reach of the first law's set and the commands on it.
@@ -169,11 +161,7 @@ class Contest:
     regulator_size : as ``Judged.size``; 0 without a set.
     """
 
-    plant: Plant
-    model: TSModel
-    settings: PlantSettings
-    limits: Floats | None
-    box: Floats
+    task: GainTask
     first_set: Floats
     sizes: Floats
     inputs: Floats
@@ -186,7 +174,7 @@ class Contest:
     regulator_size: tuple[float, float] = (0.0, 0.0)
 
     def loop(self, K: Floats) -> ClaimedLoop:
-        return ClaimedLoop.of(self.model, K, model_data=self.data)
+        return ClaimedLoop.of(self.task.model, K, model_data=self.data)
 
     def size(self, P: Floats | None) -> tuple[float, float]:
         """Return n-th root of the volume, and multiple of the ranges, over the ranges."""
@@ -195,11 +183,11 @@ class Contest:
         if P is None:
             return 0.0, 0.0
         volume = np.exp(-np.linalg.slogdet(P * self.sizes * self.sizes[:, None])[1] / 2 / len(P))
-        ranged = np.isfinite(self.box)
+        ranged = np.isfinite(self.task.box)
         if not ranged.any():
             return float(volume), 0.0
         corners = np.zeros((2 ** (int(ranged.sum()) - 1), len(P)))
-        corners[:, ranged] = corners_of_box(self.box[ranged])
+        corners[:, ranged] = corners_of_box(self.task.box[ranged])
         multiple = np.einsum("ki,ij,kj->k", corners, P, corners).max() ** -0.5
         return float(volume), float(multiple)
 
@@ -207,7 +195,7 @@ class Contest:
         """Return the law with its measures, None without a set; K in place of an LMI's gains."""
         if K is None:
             K = rounded_gains(np.asarray(gains.design.require()[0]), DIGITS)
-        P = set_in_floats(self.loop(K), self.limits)
+        P = set_in_floats(self.loop(K), self.task.input_limit)
         return None if P is None else self.with_set(gains, K, P)
 
     def with_set(self, gains: FoundGains, K: Floats, P: Floats) -> Judged:
@@ -216,7 +204,7 @@ class Contest:
         larger = any(
             own >= (1 - EQUAL) * other for own, other in zip(size, self.regulator_size, strict=True)
         )
-        share = size[0] if np.isfinite(self.box).all() else size[1]
+        share = size[0] if np.isfinite(self.task.box).all() else size[1]
         withstood = min(withstood_share(self.loop(K)), 1.0)
         affordable = bool(np.all(_commands(K, P) <= self.largest_commands))
         return Judged(gains, K, P, size, share, larger, self.times(K, P), withstood, affordable)
@@ -227,7 +215,7 @@ class Contest:
         starts, reach = ends_of_axes(P)
         regulator = np.broadcast_to(self.regulator, K.shape)
         loops = [A - B @ gain for gain in (K.mean(axis=0), regulator[0])]
-        horizon = horizon_of(loops, self.model.sample_time)
+        horizon = horizon_of(loops, self.task.model.sample_time)
         law, other = (
             float(self.motions.settling_times(gain, starts, reach, horizon).max())
             for gain in (K, regulator)
@@ -236,7 +224,7 @@ class Contest:
 
 
 def laws_beside_regulator(
-    plant: Plant, model: TSModel, settings: PlantSettings, first: FoundGains | None = None
+    task: GainTask, first: FoundGains | None = None
 ) -> tuple[FoundGains, ...]:
     """Return the law to be proved, and behind it the one to fall back to.
 
@@ -253,8 +241,8 @@ def laws_beside_regulator(
     ModelError : as ``find_gains``.
     """
     common = first is not None
-    first = first or find_gains(plant, model, settings)
-    contest = contest_of(plant, model, settings, first) if first.design.found else None
+    first = first or find_gains(task)
+    contest = contest_of(task, first) if first.design.found else None
     if contest is None:
         return (first,)
     if common:
@@ -274,21 +262,17 @@ def laws_beside_regulator(
     notes = best.gains.notes
     if best is not judged:
         (used,) = notes
-        notes = _with_rate(first.notes, f"{used}{_no_worse(best)}")
+        better = ", so that the law is no worse than LQR" if best.larger and best.fast else ""
+        notes = _with_rate(first.notes, f"{used}{better}")
     chosen = replace(best.gains, notes=(*notes, *note), sizes=sizes)
     return (chosen,) if best is judged else (chosen, replace(first, sizes=sizes))
 
 
-def _no_worse(best: Judged) -> str:
-    """Return what a law was taken for; "" where it is worse than LQR."""
-    return ", so that the law is no worse than LQR" if best.larger and best.fast else ""
-
-
 def _search_time(contest: Contest) -> float:
     """Return about how long gains at one rate and their proof take [s]."""
-    model, single = contest.model, contest.relaxation == ONE_GAIN
+    model, single = contest.task.model, contest.relaxation == ONE_GAIN
     sizes = (len(model.states), len(model.inputs))
-    at_rate = replace(contest.settings, decay_rate=1.0)
+    at_rate = replace(contest.task.settings, decay_rate=1.0)
     return work_of(len(model.A), sizes, at_rate, one_gain=single).seconds
 
 
@@ -298,17 +282,13 @@ def _nothing_asked(settings: PlantSettings) -> bool:
     return settings == PlantSettings(**{name: getattr(settings, name) for name in kept})
 
 
-def contest_of(
-    plant: Plant, model: TSModel, settings: PlantSettings, first: FoundGains
-) -> Contest | None:
+def contest_of(task: GainTask, first: FoundGains) -> Contest | None:
     """Return what candidates are judged by beside the first law; None where there is nothing."""
     # A regulator of all states would have those of a controller as well.
-    if not _nothing_asked(settings) or plant.integrators:
+    model, limits, box = task.model, task.input_limit, task.box
+    if not _nothing_asked(task.settings) or task.plant.integrators:
         return None
-    named = input_limits(plant, model, settings)
-    limits = np.array([named[v.name] for v in plant.inputs]) if named else None
     motions = ManyMotions.of(model, limits)
-    box = state_box(model)
     if motions is None or not np.isfinite(box).any():
         return None
     data = plant_and_claim(model)[0]
@@ -326,22 +306,8 @@ def contest_of(
     if gain is None:
         return None
     gain = rounded_gains(gain[None], DIGITS)[0]
-    contest = Contest(
-        plant,
-        model,
-        settings,
-        limits,
-        box,
-        P,
-        sizes,
-        inputs,
-        data,
-        motions,
-        at_rest,
-        one_gain(model, settings)[0].relaxation or ALL_PAIRS,
-        regulator=gain,
-        largest_commands=MORE * inputs,
-    )
+    relaxation, most = task.with_one_gain()[0].settings.relaxation or ALL_PAIRS, MORE * inputs
+    contest = Contest(task, P, sizes, inputs, data, motions, at_rest, relaxation, gain, most)
     everywhere = np.broadcast_to(gain, (len(model.rules), *gain.shape)).copy()
     beside = set_in_floats(contest.loop(everywhere), limits)
     if beside is None:
@@ -349,7 +315,7 @@ def contest_of(
     return replace(
         contest,
         regulator_size=contest.size(beside),
-        largest_commands=np.maximum(MORE * inputs, (1 + EQUAL) * _commands(everywhere, beside)),
+        largest_commands=np.maximum(most, (1 + EQUAL) * _commands(everywhere, beside)),
     )
 
 
@@ -395,18 +361,17 @@ def _law_at(contest: Contest, first: FoundGains, rate: float) -> Judged | None:
 
     rate = float(f"{rate:.3g}")
     design = attraction_pdc(
-        contest.model,
+        contest.task.model,
         decay_rate=rate,
         input_limit=contest.inputs,
-        state_box=contest.box,
+        state_box=contest.task.box,
         saturation=None,
         relaxation=contest.relaxation,
     )
     if not design.found:
         return None
     used = f"{rate:.4g} 1/s was used in place of {first.design.decay_rate:.4g} 1/s"
-    used = in_file_rates(used, contest.plant)
-    return contest.judged(FoundGains(design, (used,), {}, explainable=False))
+    return contest.judged(FoundGains(design, (in_file_rates(used, contest.task.plant),)))
 
 
 def _with_rate(notes: tuple[str, ...], used: str) -> tuple[str, ...]:
@@ -431,7 +396,7 @@ def _regulators(contest: Contest, first: FoundGains) -> Iterator[Judged]:
 
 def regulator_gains(contest: Contest) -> list[tuple[str, Floats]]:
     """Return words and K (r, m, n) of the regulator of each rule, and last of that at rest."""
-    model, step = contest.model, contest.model.sample_time
+    model, step = contest.task.model, contest.task.model.sample_time
     rules, (m, n) = len(model.rules), contest.regulator.shape
     at_rules = [
         regulator_gain(np.asarray(A), np.asarray(B), contest.sizes, contest.inputs, step)
@@ -450,7 +415,7 @@ def used_gains(K: Floats, P: Floats, words: str) -> FoundGains:
     """Return gains that no LMI was asked for, with the note that says so."""
     answer = Answer(status="candidate", P=P, margin=np.nan)
     design = Design(gains=K, P=P, decay_rate=0.0, margin=np.nan, relaxation="", answer=answer)
-    return FoundGains(design, (words,), {}, explainable=False)
+    return FoundGains(design, (words,))
 
 
 def _note(best: Judged, contest: Contest) -> tuple[str, ...]:
@@ -470,7 +435,7 @@ def _note(best: Judged, contest: Contest) -> tuple[str, ...]:
     if not best.fast and best.gains.design.decay_rate == 0:
         ask = "faster rates were tried and have no gains"
     why = "nothing better is proved over these ranges: narrow those of the states in the premises"
-    if contest.limits is None:
+    if contest.task.input_limit is None:
         why = "its commands were kept near the least: give the inputs ranges"
     return (f"{BESIDE} {' and '.join(worse)}; {why}; {ask}",)
 

@@ -18,10 +18,9 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.controller.content import plain
 from takagi.certificates.design.design import NoDesign, Tell
 from takagi.certificates.design.plant.candidates import laws_beside_regulator
+from takagi.certificates.design.plant.gain_task import FoundGains
 from takagi.certificates.design.plant.gains import (
     GAIN_OF_EACH_REGION,
-    FoundGains,
-    one_gain,
     regional_gains,
     scheduled_gains,
 )
@@ -84,24 +83,23 @@ def design_plant(
     """
     plant = plant_of_law(plant, settings or PlantSettings())
     work = plant_work(plant, settings, files, tell)
-    model, chosen, clock = work.model, work.settings, work.clock
+    task, clock = work.task, work.clock
     if plant.references:
-        tracking = design_tracking(plant, model, chosen, clock)
+        tracking = design_tracking(task, clock)
         if isinstance(tracking, NoDesign):
             return tracking
-        within, model, found = tracking
-        return replace(work, plant=within).with_model(model).rounded(found.gains, found.observer)
+        return work.of_task(tracking[0]).rounded(tracking[1])
     if plant.measured is not None:
         from takagi.certificates.design.plant.observed_design import design_observed
 
         return design_observed(work)
     if not plant.inputs:
         return work.certified(None, None, ("no inputs: an analysis",))
-    require_sensible(plant, model, chosen)
+    require_sensible(plant, task.model, task.settings)
     regional, by_regions = work.searched("gains", regional_gains)
     if regional is not None and by_regions is not None and by_regions.proved:
         return _beside_regulator(work, regional, by_regions)
-    choice = gain_choice(model, one_gain(model, chosen)[0], budget)
+    choice = gain_choice(task.model, task.with_one_gain()[0].settings, budget)
     if choice.announcement and announce is not None:
         announce(choice.announcement)
     further: list[tuple[Any, ...]] = [("gains by known premises", gains_of_known_premises)]
@@ -122,8 +120,8 @@ def design_plant(
 
 def _beside_regulator(work: PlantWork, gains: FoundGains, proved: PlantDesign) -> PlantDesign:
     """Return the proved design of these gains, or another that is better beside LQR."""
-    with work.clock("gains"), in_plant_words(work.plant):
-        law = laws_beside_regulator(work.plant, work.model, work.settings, gains)[0]
+    with work.clock("gains"), in_plant_words(work.task.plant):
+        law = laws_beside_regulator(work.task, gains)[0]
     if law.design is gains.design:
         return proved
     notes = tuple(note for note in law.notes if note != GAIN_OF_EACH_REGION)
@@ -135,10 +133,9 @@ def _best_of_candidates(
     work: PlantWork, choice: GainChoice
 ) -> tuple[FoundGains, PlantDesign | None]:
     """Return the first law found and the design: of the preferred law, if that is proved."""
-    problem = (work.plant, work.model, work.settings)
-    with work.clock("gains"), in_plant_words(work.plant):
-        first = shortened_gains(*problem, choice) if choice.shortened else None
-        laws = laws_beside_regulator(*problem, first)
+    with work.clock("gains"), in_plant_words(work.task.plant):
+        first = shortened_gains(work.task, choice) if choice.shortened else None
+        laws = laws_beside_regulator(work.task, first)
     design = None
     for gains in laws:
         design = work.rounded(gains) if gains.design.found else None
@@ -174,7 +171,7 @@ def certify_plant(
             "no law for it; give the gain file of its design"
         )
     work = plant_work(plant, settings, files, tell)
-    K = gains(work.model) if callable(gains) else np.asarray(gains, dtype=np.float64)
+    K = gains(work.task.model) if callable(gains) else np.asarray(gains, dtype=np.float64)
     return work.certified(K, None, ("gains were given",))
 
 
@@ -207,12 +204,13 @@ def certify_filed(
     if plant.references and plant.hides_states:
         from takagi.certificates.design.given.plant_gains import read_reference_gains
 
-        K, observer = read_reference_gains(path, plant, work.model)
+        K, observer = read_reference_gains(path, plant, work.task.model)
         return work.certified(K, None, ("gains were given",), observer=observer)
     if plant.measured is not None and not plant.references:
         return _certify_observed(work, path)
-    law = law_for(plant, work.model, path, work.settings, files=files)
-    return work.with_model(law.model).certified(law.gains, None, law.notes, law=law.law)
+    law = law_for(plant, work.task.model, path, work.task.settings, files=files)
+    work = work.of_task(work.task.with_model(law.model))
+    return work.certified(law.gains, None, law.notes, law=law.law)
 
 
 def _certify_observed(work_of_plant: PlantWork, path: Path) -> PlantDesign:
@@ -225,22 +223,22 @@ def _certify_observed(work_of_plant: PlantWork, path: Path) -> PlantDesign:
     from takagi.certificates.design.given.plant_gains import read_observer_gains, read_plant_law
     from takagi.certificates.design.plant.observed_design import ObservedWork
 
-    work = ObservedWork.of(work_of_plant)
+    task, work = work_of_plant.task, ObservedWork.of(work_of_plant)
     try:
         K, L = read_observer_gains(path, work)
-        return work.certified_pair(K, L, None, ("gains were given", work.question.note))
+        return work.certified_pair(K, L, None, ("gains were given", work.note))
     except CertificateError as error:
         first_error = error
-    if is_of(work_of_plant.model, path, work_of_plant.files):
+    if is_of(task.model, path, work_of_plant.files):
         raise first_error
     law = plain(read_plant_law(path))
-    notes: tuple[str, ...] = ("gains were given", work.question.note)
+    notes: tuple[str, ...] = ("gains were given", work.note)
     try:
         K, L = read_observer_gains(path, work, any_trim=True)
     except CertificateError:
         try:
-            model = model_in_premises_of(work_of_plant.plant, law, work_of_plant.settings)
-            work = ObservedWork.of(work_of_plant.with_model(model))
+            model = model_in_premises_of(task.plant, law, task.settings)
+            work = ObservedWork.of(work_of_plant.of_task(task.with_model(model)))
             K, L = read_observer_gains(path, work, any_trim=True)
         except (ModelError, CertificateError) as reason:
             raise CertificateError(
@@ -248,7 +246,7 @@ def _certify_observed(work_of_plant: PlantWork, path: Path) -> PlantDesign:
                 f"premises of its file alone, and there: {reason}"
             ) from reason
         notes = (*notes, "the premises of their file were kept")
-    return work.certified_pair(K, L, None, (*notes, *moved_rest(law, work.base.model)))
+    return work.certified_pair(K, L, None, (*notes, *moved_rest(law, work.base.task.model)))
 
 
 def _reason(gains: FoundGains, work: PlantWork) -> str:
@@ -258,14 +256,14 @@ def _reason(gains: FoundGains, work: PlantWork) -> str:
     """
     from takagi.lmi import explain
 
-    design = gains.design
-    if work.plant.integrators and design.answer.diagnosis:
+    design, plant, model = gains.design, work.task.plant, work.task.model
+    if plant.integrators and design.answer.diagnosis:
         # The search for a controller says what to try itself.
-        return in_file_rates(design.answer.diagnosis, work.plant)
-    cause = obstacle(design.answer, work.plant, work.model, work.settings)
+        return in_file_rates(design.answer.diagnosis, plant)
+    cause = obstacle(design.answer, plant, model, work.task.settings)
     paragraphs = [cause] if cause else []
     if design.answer.diagnosis:
         paragraphs.append(f"{'In detail: ' if cause else ''}{design.answer.diagnosis}")
-    if len(work.model.A) <= MOST_EXPLAINED and gains.explainable:
-        paragraphs.append(str(explain(design, work.model, steps=4, **gains.options)))
-    return in_file_rates("\n".join(paragraphs), work.plant)
+    if len(model.A) <= MOST_EXPLAINED and gains.options is not None:
+        paragraphs.append(str(explain(design, model, steps=4, **gains.options)))
+    return in_file_rates("\n".join(paragraphs), plant)

@@ -17,12 +17,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.certificates.design.plant.gain_task import FoundGains, GainTask
 from takagi.certificates.document.model_data import rounded_up
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
-    from takagi.lmi import Design
-    from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
 
@@ -71,20 +70,19 @@ def _rate(plant: Plant, premise: object) -> float:
     return rounded_up(float(max(abs(outer.lower), abs(outer.upper))), 4)
 
 
-def fuzzy_gains(
-    plant: Plant, model: TSModel, settings: PlantSettings
-) -> tuple[Design, tuple[str, ...]] | None:
-    """Return gains by ``fuzzy_pdc`` as a design with the mean P, and notes; None without any.
+def fuzzy_gains(task: GainTask) -> FoundGains | None:
+    """Return gains by ``fuzzy_pdc`` with the mean P; None without any.
 
     None too where something is asked that a common P alone proves, or where no premise has a rate.
     """
     from takagi.lmi import Design, fuzzy_pdc
 
+    model, settings = task.model, task.settings
     asked = (settings.damping, settings.fastest, settings.gain_bound, settings.objective)
     if any(asked) or settings.decay_rate == "max" or settings.relaxation or settings.feedback:
         return None
     discrete = model.sample_time is not None
-    rates = premise_rates(plant, model)
+    rates = premise_rates(task.plant, model)
     if not 1 < len(model.A) <= MOST_RULES or (rates is None and not discrete):
         return None
     alpha = settings.decay_rate or 0.0
@@ -103,7 +101,8 @@ def fuzzy_gains(
         answer=found.answer,
     )
     assumed = "" if discrete else ", which assumes the rates of the premises that its claim states"
-    return design, (
+    note = (
         "no common function x' P x has gains by the relaxations that were tried: these were found "
-        f"with one that depends on the weights, x' P(h) x{assumed}",
+        f"with one that depends on the weights, x' P(h) x{assumed}"
     )
+    return FoundGains(design, (note,))

@@ -26,7 +26,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.design.plant.gains import ONE_GAIN, FoundGains, expanded, find_gains
+from takagi.certificates.design.plant.gain_task import ONE_GAIN, FoundGains, GainTask
+from takagi.certificates.design.plant.gains import expanded, find_gains
 from takagi.certificates.document.plant_embedding import unknown_premises
 from takagi.models.arrays import Floats, Indices
 from takagi.models.plant.design_settings import NORMS
@@ -34,7 +35,6 @@ from takagi.models.ts.model import TSModel
 
 if TYPE_CHECKING:
     from takagi.models.plant.design_settings import PlantSettings
-    from takagi.models.plant.plant import Plant
 
 BUDGET = 120.0  # s
 # Work that is announced although nothing is changed because of it.
@@ -82,70 +82,59 @@ def gain_choice(model: TSModel, settings: PlantSettings, budget: float) -> GainC
     return GainChoice(True, announcement, note)
 
 
-def shortened_gains(
-    plant: Plant, model: TSModel, settings: PlantSettings, choice: GainChoice
-) -> FoundGains:
+def shortened_gains(task: GainTask, choice: GainChoice) -> FoundGains:
     """Return one gain for all rules; what answers that there is none is returned too."""
-    gains = find_gains(plant, model, replace(settings, relaxation=ONE_GAIN))
-    return replace(gains, notes=(choice.note, *gains.notes), explainable=False)
+    gains = find_gains(task.asking(relaxation=ONE_GAIN))
+    return replace(gains, notes=(choice.note, *gains.notes), options=None)
 
 
-def gains_of_few_premises(
-    plant: Plant, model: TSModel, settings: PlantSettings, budget: float
-) -> FoundGains | None:
+def gains_of_few_premises(task: GainTask, budget: float) -> FoundGains | None:
     """Return gains that depend on the premises of most effect, as many as the budget allows.
 
     None where no two rules are left, or where the smaller model has no gains.
     """
+    model = task.model
     sizes = (len(model.states), len(model.inputs))
     order = np.argsort(-effects(model), kind="stable")
     count = len(order) - 1
-    while count and work_of(2**count, sizes, settings, one_gain=False).seconds > budget / 2:
+    while count and work_of(2**count, sizes, task.settings, one_gain=False).seconds > budget / 2:
         count -= 1
     if not count:
         return None
     premises = sorted(int(k) for k in order[:count])
     names = ", ".join(model.premises[k].name for k in premises)
     subject = f"gains that depend on {names} alone, sought with the other premises"
-    return _gains_of(premises, plant, model, settings, subject)
+    return _gains_of(premises, task, subject)
 
 
-def _gains_of(
-    premises: list[int], plant: Plant, model: TSModel, settings: PlantSettings, subject: str
-) -> FoundGains | None:
+def _gains_of(premises: list[int], task: GainTask, subject: str) -> FoundGains | None:
     """Return gains that depend on these premises; None where the smaller model has none."""
-    if settings.objective in NORMS or settings.feedback:
+    if task.settings.objective in NORMS or task.settings.feedback:
         # The smaller model has no disturbance, nor the premises that say what is measured.
         return None
-    smaller, rules = model_of_premises(model, premises)
-    gains = find_gains(plant, smaller, settings)
+    smaller, rules = model_of_premises(task.model, premises)
+    gains = find_gains(task.with_model(smaller))
     if not gains.design.found:
         return None
-    note = f"{subject} in the middle of their ranges and proved with all {len(model.A)} rules"
+    note = f"{subject} in the middle of their ranges and proved with all {len(task.model.A)} rules"
     return replace(gains, design=expanded(gains.design, rules), notes=(note, *gains.notes))
 
 
-def gains_of_known_premises(
-    plant: Plant, model: TSModel, settings: PlantSettings
-) -> FoundGains | None:
+def gains_of_known_premises(task: GainTask) -> FoundGains | None:
     """Return gains that depend on the premises without uncertain parameters.
 
     They are sought with the other premises in the middle of their ranges.  None where no premise is
     uncertain or known, or where the smaller model has no gains.
     """
-    unknown = unknown_premises(model)
+    unknown = unknown_premises(task.model)
     known = [k for k, hidden in enumerate(unknown) if not hidden]
-    if (
-        not any(unknown)
-        or not known
-        or plant.blending is not None
-        or settings.relaxation is not None
-    ):
+    kept = task.plant.blending is not None or task.settings.relaxation is not None
+    if not any(unknown) or not known or kept:
         return None
     subject = (
         "gains that depend on the premises without uncertain parameters, sought with the others"
     )
-    return _gains_of(known, plant, model, settings, subject)
+    return _gains_of(known, task, subject)
 
 
 def model_of_premises(model: TSModel, premises: list[int]) -> tuple[TSModel, Indices]:
@@ -232,7 +221,11 @@ class WorkEstimate:
     @property
     def time(self) -> str:
         """The time to one or two digits, with its unit."""
-        return _time(self.seconds)
+        for unit, size in (("h", 3600.0), ("min", 60.0)):
+            if self.seconds >= 2 * size:
+                count = self.seconds / size
+                return f"{count:.0f} {unit}" if count >= 10 else f"{count:.2g} {unit}"
+        return f"{max(self.seconds, 1.0):.0f} s"
 
     @property
     def words(self) -> str:
@@ -297,11 +290,3 @@ def _half_widths(model: TSModel, names: tuple[str, ...]) -> Floats:
     """Return half of each range; of a blend's or a free variable's, 1."""
     ranges = [model.box.get(name) for name in names]
     return np.array([1.0 if ends is None else float(ends[1] - ends[0]) / 2 for ends in ranges])
-
-
-def _time(seconds: float) -> str:
-    for unit, size in (("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * size:
-            count = seconds / size
-            return f"{count:.0f} {unit}" if count >= 10 else f"{count:.2g} {unit}"
-    return f"{max(seconds, 1.0):.0f} s"

@@ -42,7 +42,11 @@ from takagi.certificates.design.plant.candidates import (
     regulator_gain,
     slowest_rate,
 )
-from takagi.certificates.design.plant.gains import FoundGains, rounded_gains, weights_at_rest
+from takagi.certificates.design.plant.gain_task import (
+    FoundGains,
+    rounded_gains,
+    weights_at_rest,
+)
 from takagi.models.arrays import Floats
 from takagi.models.laws.pdc import OutputFeedback, PdcLaw
 
@@ -97,7 +101,7 @@ def kalman_gains(contest: Contest, C: Floats) -> Iterator[tuple[str, Floats]]:
     ----------
     C : (p, n), of the measured outputs at rest.
     """
-    step = contest.model.sample_time
+    step = contest.task.model.sample_time
     A, B = contest.at_rest
     rate = slowest_rate(A - B @ contest.regulator, step)
     time = 1 / rate if step is None else 1 / (rate * step)
@@ -160,30 +164,28 @@ class _Judge:
 
     def time(self, law: ObserverPair, starts: ObserverPair) -> float:
         """Return the settling time [s] of a law from the set of another."""
-        model = self.contest.model
+        model = self.contest.task.model
         ends, reach = ends_of_axes(starts.shape)
         rest = np.zeros(len(model.states)), np.zeros(len(model.inputs))
         feedback = OutputFeedback(PdcLaw(model, law.K, *rest), law.L, self.rows, self.at_estimate)
-        horizon = horizon_of([self._joint(law)], model.sample_time)
+        A, B, C, K, L = self._matrices(law)
+        joint = np.block([[A, -B @ K], [L @ C, A - B @ K - L @ C]])
+        horizon = horizon_of([joint], model.sample_time)
         times = self.contest.motions.settling_times(feedback, law.starts @ ends, reach, horizon)
         return float(times.max())
 
     def _matrices(self, law: ObserverPair) -> tuple[Floats, ...]:
         """Return A, B, C, K and L at rest."""
         A, B = self.contest.at_rest
-        h = weights_at_rest(self.contest.model)
-        C = np.tensordot(h, self.contest.model.C[:, list(self.rows)], axes=1)
+        h = weights_at_rest(self.contest.task.model)
+        C = np.tensordot(h, self.contest.task.model.C[:, list(self.rows)], axes=1)
         L = law.L[0] if len(law.L) == 1 else np.tensordot(h, law.L, axes=1)
         return A, B, C, np.tensordot(h, law.K, axes=1), L
-
-    def _joint(self, law: ObserverPair) -> Floats:
-        A, B, C, K, L = self._matrices(law)
-        return np.block([[A, -B @ K], [L @ C, A - B @ K - L @ C]])
 
     def margin(self, law: ObserverPair) -> float:
         """Return the disk margin at the inputs, at rest, or what is enough of it."""
         A, B, C, K, L = self._matrices(law)
-        step, eye = self.contest.model.sample_time, np.eye(len(A))
+        step, eye = self.contest.task.model.sample_time, np.eye(len(A))
         rate = np.abs(np.linalg.eigvals(A - B @ K)).max()
         w = FREQUENCIES * rate if step is None else np.linspace(0, np.pi, 301)[1:]
         s = (1j * w if step is None else np.exp(1j * w))[:, None, None]

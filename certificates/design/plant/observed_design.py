@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -19,12 +19,13 @@ from takagi.certificates.design.plant.candidates import (
     regulator_gains,
     used_gains,
 )
-from takagi.certificates.design.plant.gains import (
+from takagi.certificates.design.plant.gain_task import (
     FoundGains,
-    find_gains,
+    GainTask,
     rounded_gains,
     weights_at_rest,
 )
+from takagi.certificates.design.plant.gains import find_gains
 from takagi.certificates.design.plant.observed_candidates import (
     MOST_LOOPS,
     MOST_STATES,
@@ -60,7 +61,6 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.lmi import Design
-    from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
 
@@ -79,34 +79,61 @@ MOST_MATRICES = 600
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ObservedWork:
-    """The data to design and certify an observer and gains for one model."""
+    """The data to design and certify an observer and gains for one model.
+
+    Attributes
+    ----------
+    slopes : the plant's slopes between any two states, where a premise depends on what is not
+        measured, so that the weights are those at the estimate; None where it does not.
+    note : a sentence that says which weights the observer uses, and why.
+    model_data, claims : the model as certificates state it, and the claims that stand in front.
+    """
 
     base: PlantWork
-    question: ObserverQuestion
+    slopes: TSModel | None
+    note: str
     model_data: dict[str, Any]
     claims: tuple[dict[str, Any], ...]
 
     @classmethod
     def of(cls, base: PlantWork) -> ObservedWork:
-        """Return it, after the checks of ``observer_question``."""
+        """Return it.
+
+        Raises
+        ------
+        ModelError : a wish that cannot be proved of such a loop, a premise of what the observer
+            does not know, an unstable mode that no measured output shows, slopes that cannot be
+            bounded.
+        """
+        plant, model = base.task.plant, base.task.model
         with base.clock("model"):
-            question = observer_question(base.plant, base.model, base.settings)
-            data, claims, _ = plant_and_claim(base.model)
-            assert data is not None  # the question has written it already
-            if question.slopes is not None:
-                data |= {"slopes": slopes_data(question.slopes)}
-                claims = [*claims, slope_claim(base.plant.name)]
+            _refuse(base.task)
+            data, claims, _ = plant_and_claim(model)
+            if data is None:
+                raise ModelError(
+                    f"plant {model.name!r} cannot be written into a certificate, which says what "
+                    "its premises depend on; an observer needs that"
+                )
+            slopes, note = _slopes_and_note(base.task, data)
+            if slopes is not None:
+                data |= {"slopes": slopes_data(slopes)}
+                claims = [*claims, slope_claim(plant.name)]
             if base.files:
                 data |= content_of(base.files)
-        return cls(base, question, data, tuple(claims))
+        return cls(base, slopes, note, data, tuple(claims))
+
+    @property
+    def rows(self) -> list[int]:
+        """Places of the measured outputs among the outputs of the model."""
+        return list(self.base.task.plant.measured_rows)
 
     def loop(self, gains: Floats, L: Floats) -> ClaimedLoop:
         """Return the loop with gains K (r, m, n) and L (r or 1, n, p)."""
-        at_estimate = self.question.at_estimate
-        observer = observer_member(L, self.question.measured, at_estimate=at_estimate)
-        law = pdc_law_data(self.base.model, gains) | law_members(self.model_data)
+        measured, at_estimate = self.base.task.plant.measured or (), self.slopes is not None
+        observer = observer_member(L, measured, at_estimate=at_estimate)
+        law = pdc_law_data(self.base.task.model, gains) | law_members(self.model_data)
         law |= {"observer": observer}
-        return ClaimedLoop.of(self.base.model, gains, model_data=self.model_data, law=law)
+        return ClaimedLoop.of(self.base.task.model, gains, model_data=self.model_data, law=law)
 
     def certified_pair(
         self,
@@ -120,7 +147,7 @@ class ObservedWork:
         """Return the design with its certificate; ``P`` is a function that was found before."""
         from takagi.models.laws.pdc import OutputFeedback, PdcLaw
 
-        base, asked = self.base, self.base.requirements
+        base, task, asked = self.base, self.base.task, self.base.requirements
         with base.clock("exact proof"):
             loop = self.loop(gains, L)
             attempt = ObservedLoop(asked.decay_rate, asked.input_limits, P).attempt(loop)
@@ -128,34 +155,32 @@ class ObservedWork:
                 model=self.model_data,
                 gains=loop.gains_data,
                 claims=[*self.claims, attempt.claim],
-                provenance=provenance(base.settings, {"observed-loop": attempt.solver}),
+                provenance=provenance(base.task.settings, {"observed-loop": attempt.solver}),
                 files=base.files,
             )
             checked = check_document(document)
         law = document["gains"]
         trim = law["trim"]
-        feedback = PdcLaw(base.model, gains, np.array(trim["state"]), np.array(trim["input"]))
-        run = OutputFeedback(feedback, L, self.question.rows, self.question.at_estimate)
-        members = plant_members(base.plant, base.model, law, checked, notes)
+        feedback = PdcLaw(task.model, gains, np.array(trim["state"]), np.array(trim["input"]))
+        run = OutputFeedback(feedback, L, tuple(self.rows), self.slopes is not None)
+        members = plant_members(task.plant, task.model, law, checked, notes)
         certificate = Certificate(bound(document, members), checked, attempt.tried)
         seconds = dict(base.clock.seconds)
-        values = (base.plant, base.settings, base.model, design, gains, None, certificate)
+        values = (task.plant, task.settings, task.model, design, gains, None, certificate)
         return PlantDesign(*values, notes, seconds, output_law=run, observer=observer)
 
 
 def design_observed(work: PlantWork) -> PlantDesign | NoDesign:
     """Return gains, observer and their certificate, or why there are none."""
-    observed, settings = ObservedWork.of(work), work.settings
-    rate = settings.decay_rate
+    observed, task, rate = ObservedWork.of(work), work.task, work.task.settings.decay_rate
     if isinstance(rate, float):
-        settings = replace(settings, decay_rate=RATE_FACTOR * rate)
+        task = task.asking(decay_rate=RATE_FACTOR * rate)
     with work.clock("gains"):
-        found_gains = find_gains(work.plant, work.model, settings)
+        found_gains = find_gains(task)
         if found_gains.design.found and _count(observed) > MOST_MATRICES:
-            common = replace(settings, relaxation="common-gain")
-            found_gains = find_gains(work.plant, work.model, common)
+            found_gains = find_gains(task.asking(relaxation="common-gain"))
     if not found_gains.design.found:
-        cause = obstacle(found_gains.design.answer, work.plant, work.model, settings)
+        cause = obstacle(found_gains.design.answer, task.plant, task.model, task.settings)
         return NoDesign("\n".join(filter(None, (cause, found_gains.design.answer.diagnosis))))
     with work.clock("observer"):
         pairs = _pairs(observed, found_gains)
@@ -165,7 +190,7 @@ def design_observed(work: PlantWork) -> PlantDesign | NoDesign:
     for pair in pairs:
         K = np.asarray(pair.gains.design.require()[0])
         for count in DIGITS:
-            notes = (*pair.gains.notes, observed.question.note, pair.note)
+            notes = (*pair.gains.notes, observed.note, pair.note)
             last = observed.certified_pair(
                 rounded_gains(K, count),
                 rounded_gains(pair.L, count),
@@ -182,8 +207,8 @@ def design_observed(work: PlantWork) -> PlantDesign | NoDesign:
 
 def _count(work: ObservedWork) -> int:
     """Return about how many matrices the joint loop has with a gain for every rule."""
-    rules = len(work.base.model.A)
-    slopes = 1 if work.question.slopes is None else len(slope_vertices(work.question)[0])
+    rules = len(work.base.task.model.A)
+    slopes = 1 if work.slopes is None else len(_slope_vertices(work.slopes, work.rows)[0])
     return rules * (rules + 1) // 2 * slopes
 
 
@@ -211,14 +236,13 @@ def _beside_regulator(
     work: ObservedWork, first: FoundGains, pairs: list[ObserverPair]
 ) -> ObserverPair | None:
     """Return the best of pairs by LMIs, and gains with Kalman filters; None: no choice."""
-    plant, model, settings = work.base.plant, work.base.model, work.base.settings
+    model = work.base.task.model
     if len(model.states) > MOST_STATES or _count(work) > MOST_LOOPS:
         return None
-    contest = contest_of(plant, model, settings, first)
+    contest = contest_of(work.base.task, first)
     if contest is None:
         return None
-    rows = work.question.rows
-    C = np.tensordot(weights_at_rest(model), model.C[:, list(rows)], axes=1)
+    C = np.tensordot(weights_at_rest(model), model.C[:, work.rows], axes=1)
     P = np.asarray(first.design.P)
     words, K = regulator_gains(contest)[-1]  # at rest
     set_rate = SHARE_OF_RATE * float(first.design.decay_rate)
@@ -230,8 +254,8 @@ def _beside_regulator(
         ]
         for gains in (first, used_gains(K, P, words))
     )
-    at_estimate = work.question.at_estimate
-    return best_pair(contest, [*pairs, *by_lmis], regulators, rows, at_estimate=at_estimate)
+    candidates, rows = [*pairs, *by_lmis], tuple(work.rows)
+    return best_pair(contest, candidates, regulators, rows, at_estimate=work.slopes is not None)
 
 
 def _pair(
@@ -245,7 +269,7 @@ def _pair(
     """Return gains and observer with their set at a decay rate [1/s], or why there is none."""
     from takagi.lmi.analysis.start_set import start_set
 
-    model, limits = work.base.model, work.base.requirements.input_limits
+    model, limits = work.base.task.model, work.base.requirements.input_limits
     K = rounded_gains(np.asarray(gains.design.require()[0]), DIGITS[0])
     loop = work.loop(K, rounded_gains(L, DIGITS[0]))
     limited = {} if limits is None else {"input_limits": np.asarray(limits).tolist()}
@@ -261,17 +285,14 @@ def _by_lmis(work: ObservedWork, gains: FoundGains, tried: list[str]) -> Iterato
     """Yield the gains with observers by LMIs, the slowest first; ``tried`` gets why others fail."""
     from takagi.lmi import observer
 
-    question, model = work.question, work.base.model
+    model = work.base.task.model
     rate, gain_rate = work.base.requirements.decay_rate, float(gains.design.decay_rate)
-    if question.slopes is not None:
-        S, R = slope_vertices(question)
-        observed = SimpleNamespace(A=S, C=R, sample_time=model.sample_time, states=model.states)
+    observed = SimpleNamespace(sample_time=model.sample_time, states=model.states)
+    if work.slopes is not None:
+        observed.A, observed.C = _slope_vertices(work.slopes, work.rows)
         relaxation = "common-gain"
     else:
-        C = model.C[:, list(question.rows)]
-        observed = SimpleNamespace(
-            A=model.A, C=C, sample_time=model.sample_time, states=model.states
-        )
+        observed.A, observed.C = model.A, model.C[:, work.rows]
         observed.premises, observed.rules = model.premises, model.rules
         relaxation = "wang-tanaka-griffin"
     for factor in ERROR_RATE_FACTORS:
@@ -287,7 +308,7 @@ def _by_lmis(work: ObservedWork, gains: FoundGains, tried: list[str]) -> Iterato
             tried.append(f"{words}: {design.answer.diagnosis}")
             continue
         L = np.asarray(design.require()[0])
-        if question.slopes is not None:
+        if work.slopes is not None:
             L = L[:1]
         set_rate = SHARE_OF_RATE * gain_rate if rate is None else 1.0001 * rate
         pair = _pair(work, gains, L, set_rate, f"observer: {words}", design)
@@ -301,49 +322,25 @@ def _by_lmis(work: ObservedWork, gains: FoundGains, tried: list[str]) -> Iterato
 NOT_PROVED_OPTIONS = ("damping", "fastest", "sample_time", "initial", "gain_bound")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ObserverQuestion:
-    """The kind of observer that a plant needs.
-
-    Attributes
-    ----------
-    rows : indices of the measured outputs among the outputs of the model.
-    measured : their names.
-    at_estimate : whether a premise depends on what is not measured, so that the weights are those
-        at the estimate.
-    slopes : the plant's slopes between any two states, where the weights are at the estimate.
-    note : a sentence that says which weights the observer uses, and why.
-    """
-
-    rows: tuple[int, ...]
-    measured: tuple[str, ...]
-    at_estimate: bool
-    slopes: TSModel | None
-    note: str
-
-
-def observer_question(plant: Plant, model: TSModel, settings: PlantSettings) -> ObserverQuestion:
-    """Return the kind of observer that the plant needs.
-
-    Raises
-    ------
-    ModelError : a wish that cannot be proved of such a loop, a premise of what the observer does
-        not know, an unstable mode that no measured output shows, slopes that cannot be bounded.
-    """
-    assert plant.measured is not None  # checked by the caller
+def _refuse(task: GainTask) -> None:
+    plant = task.plant
     for name in NOT_PROVED_OPTIONS:
-        if getattr(settings, name):
+        if getattr(task.settings, name):
             raise ModelError(
                 f"plant {plant.name!r}: {name} was given, which is not proved for a law with "
                 "measured outputs; leave it out, or leave out 'measured' for a law of all states"
             )
-    rows = plant.measured_rows
-    check_detectable(plant, model, rows, range(len(plant.states)))
+    check_detectable(plant, task.model, plant.measured_rows, range(len(plant.states)))
+
+
+def _slopes_and_note(task: GainTask, data: dict[str, Any]) -> tuple[TSModel | None, str]:
+    """Return ``slopes`` and ``note`` of ``ObservedWork``."""
+    plant, model, names = task.plant, task.model, task.plant.measured or ()
     # By itself and unchanged: the program computes premises of what it reads.
-    expressions = {y.expression for y in plant.outputs if y.name in plant.measured}
+    expressions = {y.expression for y in plant.outputs if y.name in names}
     pairs = zip(plant.states, model.states, strict=True)
     by_themselves = {label for v, label in pairs if v.symbol in expressions}
-    scheduled = ClaimedLoop.of(model, model_data=_data(model)).exact.scheduled_by or ()
+    scheduled = ClaimedLoop.of(model, model_data=data).exact.scheduled_by or ()
     outside = [label for label in scheduled if label not in model.states]
     if outside:
         raise ModelError(
@@ -351,45 +348,18 @@ def observer_question(plant: Plant, model: TSModel, settings: PlantSettings) -> 
             "does not know; choose premises of states alone in [premises], or leave out 'measured'"
         )
     hidden = [label for label in scheduled if label not in by_themselves]
-    measured = ", ".join(plant.measured)
+    note = f"an observer of {', '.join(names)}; "
     if not hidden:
         reason = "its weights are the plant's own" if scheduled else "the plant is linear"
-        return ObserverQuestion(
-            rows, plant.measured, False, None, f"an observer of {measured}; {reason}"
-        )
-    unmeasured = ", ".join(label.split(" [")[0] for label in hidden)
-    note = (
-        f"an observer of {measured}; premises depend on {unmeasured}, which is not measured, so "
-        "that its weights are those at the estimate"
+        return None, note + reason
+    unknown = ", ".join(label.split(" [")[0] for label in hidden)
+    note += (
+        f"premises depend on {unknown}, which is not measured, so that its weights are those at "
+        "the estimate"
     )
-    return ObserverQuestion(rows, plant.measured, True, _slopes(plant, settings, unmeasured), note)
-
-
-def slope_vertices(question: ObserverQuestion) -> tuple[Floats, Floats]:
-    """Return the different pairs S (k, n, n) and R (k, p, n) of the slopes."""
-    assert question.slopes is not None
-    S = question.slopes.A
-    R = question.slopes.C[:, list(question.rows)]
-    pairs = np.concatenate([S, R], axis=1)
-    _, first_indices = np.unique(pairs.reshape(len(pairs), -1), axis=0, return_index=True)
-    distinct = np.sort(first_indices)
-    return S[distinct], R[distinct]
-
-
-def _data(model: TSModel) -> dict[str, object] | None:
-    data = plant_and_claim(model)[0]
-    if data is None:
-        raise ModelError(
-            f"plant {model.name!r} cannot be written into a certificate, which says what its "
-            "premises depend on; an observer needs that"
-        )
-    return data
-
-
-def _slopes(plant: Plant, settings: PlantSettings, unknown: str) -> TSModel:
     try:
-        model = secant_model(plant, rest=settings.rest)
-        slopes_data(model)
+        slopes = secant_model(plant, rest=task.settings.rest)
+        slopes_data(slopes)
     except ModelError as error:
         # The message begins with the formula of the slope, which may be long.
         _, depends, formula = str(error).partition(" depends on ")
@@ -400,7 +370,16 @@ def _slopes(plant: Plant, settings: PlantSettings, unknown: str) -> TSModel:
             "give ranges to what the slopes depend on, or write the equations without tables and "
             "kinks"
         ) from error
-    return model
+    return slopes, note
+
+
+def _slope_vertices(slopes: TSModel, rows: list[int]) -> tuple[Floats, Floats]:
+    """Return the different pairs S (k, n, n) and R (k, p, n) of the slopes."""
+    S, R = slopes.A, slopes.C[:, rows]
+    pairs = np.concatenate([S, R], axis=1)
+    _, first_indices = np.unique(pairs.reshape(len(pairs), -1), axis=0, return_index=True)
+    distinct = np.sort(first_indices)
+    return S[distinct], R[distinct]
 
 
 def check_detectable(

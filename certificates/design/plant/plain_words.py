@@ -315,7 +315,8 @@ def obstacle(answer: Answer, plant: Plant, model: TSModel, settings: PlantSettin
     strict = [lmi.name for lmi in answer.condition.lmis if lmi.strict][1:]
     sizes: dict[str, float] = defaultdict(float)
     for share in binding_shares(answer.condition, answer.multipliers, *strict):
-        sizes[_wish(share.label)] += share.share
+        wishes = (wish for start, wish in _WISHES.items() if share.label.startswith(start))
+        sizes[next(wishes, DECAY)] += share.share
     if not sizes:
         return ""
     if not settings.decay_rate and settings.gain_bound is not None:
@@ -366,10 +367,6 @@ def _undecided(plant: Plant, model: TSModel, settings: PlantSettings) -> str:
         "that stand in the premises smaller ranges, or write the plant in units in which its "
         "figures are of like size."
     )
-
-
-def _wish(label: str) -> str:
-    return next((wish for start, wish in _WISHES.items() if label.startswith(start)), DECAY)
 
 
 def _what(wish: str, plant: Plant, settings: PlantSettings) -> str:

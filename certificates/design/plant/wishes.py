@@ -99,7 +99,10 @@ def moderate(
     if best.decay_rate == 0:
         why = "none that was tried has gains" if rates else "its poles give the plant no time scale"
         return best, f"{NO_RATE}; the target is 0: {why}"
-    cost = f"shrinks the set below {price.starts_kept:.0%}" if for_set else _dearer(price)
+    cost = f"makes the commands more than {price.commands:g} times as large"
+    if for_set or price.commands == 2:
+        shrinks = f"shrinks the set below {price.starts_kept:.0%}"
+        cost = shrinks if for_set else "more than doubles the commands"
     note = f"{NO_RATE}; {best.decay_rate:.4g} 1/s was used as the target"
     if faster is not best:
         note += f"; twice as fast {cost if faster.found else 'has no gains'}"
@@ -168,12 +171,6 @@ def slowest_mode(model: TSModel, design: Design) -> float:
 def _doubling(top: float) -> list[float]:
     # Two digits are enough, because the rate is a choice and not a result.
     return [float(f"{top / 2**k:.2g}") for k in range(HALVINGS - 1, -1, -1)] if top > 0 else []
-
-
-def _dearer(price: Price) -> str:
-    if price.commands == 2:
-        return "more than doubles the commands"
-    return f"makes the commands more than {price.commands:g} times as large"
 
 
 def _commands_suit(faster: Design, than: Design, price: Price) -> bool:

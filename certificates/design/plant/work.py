@@ -13,7 +13,8 @@ from takagi.certificates.claims.certification import ClaimRequirements, plant_ce
 from takagi.certificates.controller.content import bound
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.design import StepClock, Tell
-from takagi.certificates.design.plant.gains import FoundGains, requirements_of, rounded_gains
+from takagi.certificates.design.plant.gain_task import FoundGains, GainTask, rounded_gains
+from takagi.certificates.design.plant.gains import requirements_of
 from takagi.certificates.design.plant.plain_words import advice_of, in_plant_words
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.secant_model import secant_model
@@ -63,43 +64,39 @@ def _may_be_the_digits(design: PlantDesign) -> bool:
 class PlantWork:
     """What is needed to certify gains of one model."""
 
-    plant: Plant
-    settings: PlantSettings
-    model: TSModel
+    task: GainTask
     requirements: ClaimRequirements
     files: tuple[Path, ...]
     clock: StepClock
 
-    def with_model(self, model: TSModel) -> PlantWork:
-        requirements = requirements_of(self.plant, model, self.settings)
-        return replace(self, model=model, requirements=requirements)
+    def of_task(self, task: GainTask) -> PlantWork:
+        """Return the same for another model, or other ranges of the plant."""
+        return replace(self, task=task, requirements=requirements_of(task))
 
     def searched(
         self, step: str, search: Callable[..., FoundGains | None], *options: Any
     ) -> tuple[FoundGains | None, PlantDesign | None]:
         """Return the gains of a search, and the design with them; None where there are none."""
-        with self.clock(step), in_plant_words(self.plant):
-            gains = search(self.plant, self.model, self.settings, *options)
+        with self.clock(step), in_plant_words(self.task.plant):
+            gains = search(self.task, *options)
         if gains is None or not gains.design.found:
             return gains, None
         return gains, self.rounded(gains)
 
-    def rounded(self, gains: FoundGains, observer: ConstantObserver | None = None) -> PlantDesign:
+    def rounded(self, gains: FoundGains) -> PlantDesign:
         """Return the design with gains of as few digits as can be proved."""
         last: PlantDesign | None = None
-        work = self
-        limited = self.requirements.input_limits
-        if limited is not None and (gains.input_share < 1 or self.plant.integrators):
-            limits = gains.input_share * limited
-            requirements = replace(
-                self.requirements, input_limits=limits, shape=np.asarray(gains.design.P)
-            )
+        work, limited = self, self.requirements.input_limits
+        integrators = self.task.plant.integrators
+        if limited is not None and (gains.input_share < 1 or integrators):
+            limits, shape = gains.input_share * limited, np.asarray(gains.design.P)
+            requirements = replace(self.requirements, input_limits=limits, shape=shape)
             work = replace(self, requirements=requirements)
         # What the numbers of a controller do may be a small difference of large ones.
-        for digits in DIGITS[1:] if self.plant.integrators else DIGITS:
+        for digits in DIGITS[1:] if integrators else DIGITS:
             K = rounded_gains(np.asarray(gains.design.require()[0]), digits)
             notes = (*gains.notes, f"gains to {digits} significant digits")
-            last = work.certified(K, gains.design, notes, observer=observer)
+            last = work.certified(K, gains.design, notes, observer=gains.observer)
             if not _may_be_the_digits(last):
                 break
         assert last is not None  # there is always a number of digits
@@ -114,48 +111,42 @@ class PlantWork:
         law: Mapping[str, Any] | None = None,
         observer: ConstantObserver | None = None,
     ) -> PlantDesign:
-        from takagi.models.laws.pdc import PdcLaw
+        from takagi.models.laws.pdc import PdcLaw, ReferenceFeedback
 
+        plant, model, settings = self.task.plant, self.task.model, self.task.settings
         with self.clock("exact proof"):
             certificate = plant_certificate(
-                self.model,
+                model,
                 gains,
-                self.settings,
+                settings,
                 self.requirements,
                 files=self.files,
                 law=law,
                 observer=observer,
             )
-        if certificate.document["model"]["kind"] != "plant":
+        document, checked = certificate.document, certificate.checked
+        if document["model"]["kind"] != "plant":
             notes = (*certificate.tried[:1], *notes)
-        notes = (*advice_of(certificate.checked), *notes)
-        run = None
+        notes = (*advice_of(checked), *notes)
+        run = output_law = None
         if gains is not None:
-            document = certificate.document
             if law is None:
                 trim = document["gains"]["trim"]
-                run = PdcLaw(self.model, gains, np.array(trim["state"]), np.array(trim["input"]))
-            members = (self.plant, self.model, document["gains"], certificate.checked, notes)
+                run = PdcLaw(model, gains, np.array(trim["state"]), np.array(trim["input"]))
             times = [
                 float(claim["sample_time"])
-                for claim, checked in zip(
-                    document["claims"], certificate.checked.claims, strict=True
-                )
-                if claim["kind"] == "sampled-loop" and checked.verdict.name == "PROVED"
+                for claim, verdict in zip(document["claims"], checked.claims, strict=True)
+                if claim["kind"] == "sampled-loop" and verdict.verdict.name == "PROVED"
             ]
-            controller = plant_members(*members, proved_sample=max(times, default=None))
-            with_controller = bound(document, controller)
-            certificate = replace(certificate, document=with_controller)
-        output_law = None
+            sample = max(times, default=None)
+            members = (plant, model, document["gains"], checked, notes)
+            controller = plant_members(*members, proved_sample=sample)
+            certificate = replace(certificate, document=bound(document, controller))
         if observer is not None and run is not None:
-            from takagi.models.laws.pdc import ReferenceFeedback
-
-            states = tuple(self.plant.own_states)
-            output_law = ReferenceFeedback(run, observer, self.plant.measured_rows, states)
-            run = None
-        seconds = dict(self.clock.seconds)
-        values = (self.plant, self.settings, self.model, design, gains, run, certificate)
-        return PlantDesign(*values, notes, seconds, output_law=output_law)
+            states = tuple(plant.own_states)
+            output_law, run = ReferenceFeedback(run, observer, plant.measured_rows, states), None
+        values = (plant, settings, model, design, gains, run, certificate)
+        return PlantDesign(*values, notes, dict(self.clock.seconds), output_law=output_law)
 
 
 def plant_work(
@@ -163,7 +154,5 @@ def plant_work(
 ) -> PlantWork:
     """Return what is needed to certify gains of the plant's own model."""
     chosen, clock = settings or PlantSettings(), StepClock(tell)
-    model = plant_model(plant, chosen, clock)
-    return PlantWork(
-        plant, chosen, model, requirements_of(plant, model, chosen), tuple(files), clock
-    )
+    task = GainTask.of(plant, plant_model(plant, chosen, clock), chosen)
+    return PlantWork(task, requirements_of(task), tuple(files), clock)

@@ -14,14 +14,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.claims.turbine.cell_loop import enclosures_of_gains
+from takagi.certificates.claims.turbine.cell_loop import (
+    EffortSharingCandidate,
+    WindClass,
+    enclosures_of_gains,
+)
 from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
     larger_least_pitch,
     smaller_uncertainty,
     why_not_proved,
 )
-from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate, WindClass
 from takagi.certificates.design.design import StepClock, Tell
 from takagi.certificates.design.turbine.settings import DesignSettings, Synthesis
 from takagi.lmi.turbine.one_step.design import STEPS, OneStepDesign, one_step_gains
@@ -263,13 +266,7 @@ def wind_by_wind_law(
 def _setpoint_inputs(
     turbine: Turbine, schedule: EffortSchedule, settings: DesignSettings
 ) -> SetpointInputs | None:
-    """Return the set-points that the law takes at run time; None where none are asked for.
-
-    Raises
-    ------
-    ModelError : a lowest torque that the rotor reaches before pitch can reduce it, or no trim at
-        the lowest speed.
-    """
+    """Return the set-points that the law takes at run time; None where none are asked for."""
     speed, torque = settings.lowest_speed_setpoint, settings.lowest_torque_setpoint
     if speed is None and torque is None:
         return None

@@ -11,7 +11,7 @@ from takagi.models.arrays import ShortRepr
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
-    from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
+    from takagi.certificates.claims.turbine.cell_loop import EffortSharingCandidate
     from takagi.certificates.design.turbine.effort_sharing_gains import (
         EffortSharingGainDesign,
         ObserverDesign,

@@ -76,13 +76,15 @@ def default_settings(turbine: Turbine) -> DesignSettings:
     """Return the settings scaled to the turbine; for the NREL 5-MW turbine ``DesignSettings()``."""
     settings = DesignSettings()
     speed = turbine.rated_rotor_speed / SPEED
+    # The deceleration of the rotor by rated torque [rad/s^2].
+    effort = turbine.gear_ratio * turbine.rated_torque / turbine.inertia
     corner, stop = speed_filters(turbine, stopped=turbine.torsion is not None)
     box = scaled_box(turbine)
     # The ramp of Schulte's law ends at the set-point and must begin above the smallest speed.
     widest = RAMP_SHARE * (turbine.rated_rotor_speed - turbine.minimum_rotor_speed)
     return replace(
         settings,
-        overlap=_rounded(settings.overlap * _effort(turbine) / EFFORT),
+        overlap=_rounded(settings.overlap * effort / EFFORT),
         speed_overlap=_rounded(min(settings.speed_overlap * speed, widest)),
         torque_overlap=_rounded(settings.torque_overlap * turbine.rated_torque / TORQUE),
         wind_filter=_rounded(settings.wind_filter / _pace(turbine)),
@@ -163,11 +165,6 @@ def scaled_box(turbine: Turbine) -> LoopBox:
 def _pace(turbine: Turbine) -> float:
     """Return how fast wake and structure respond relative to 5 MW [-]; at most 1."""
     return min(1.0, RADIUS / turbine.rotor_radius)
-
-
-def _effort(turbine: Turbine) -> float:
-    """Return n_g T_rated / J, the deceleration of the rotor by rated torque [rad/s^2]."""
-    return turbine.gear_ratio * turbine.rated_torque / turbine.inertia
 
 
 def _rounded(value: float) -> float:

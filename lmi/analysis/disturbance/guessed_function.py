@@ -51,12 +51,11 @@ from scipy.linalg import (
 )
 
 from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, largest_response
+from takagi.lmi.analysis.disturbance.loop_norm import largest_gain
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.parameter_search.parameter_sweep import least_over_rate
 from takagi.models.arrays import Floats
 
-# Frequencies beside those of the poles: so many decades about them, so many in each.
-AROUND, DENSITY = 3.0, 20
 # R weighs each state by its size in the output, in P or in Q, but with at least this share of the
 # largest size: some states hardly appear in the output, or hardly move.
 SMALLEST_WEIGHT = 1e-6
@@ -77,13 +76,13 @@ def bounded_real(A: Floats, B: Floats, C: Floats, D: Floats, *, tolerance: float
     A, B, C = A * s / s[:, None], B / s[:, None], C * s
     if not np.linalg.eigvals(A).real.max() < 0:
         return None
-    norm = norm_seen(A, B, C, D)
+    norm = largest_gain(A, B, C, D).gain
     # The size of a state is that of its own effect on the output.
     size = np.diag(_quiet(solve_continuous_lyapunov, A.T, -C.T @ C))
     if not (np.isfinite(norm) and norm > 0 and np.isfinite(size).all() and size.max() > 0):
         return None
     root = np.diag(np.sqrt(np.maximum(size, SMALLEST_WEIGHT * size.max())))
-    regularised_norm = norm_seen(A, B, root, np.zeros((len(A), B.shape[1])))
+    regularised_norm = largest_gain(A, B, root, np.zeros((len(A), B.shape[1]))).gain
     # The squares of the outputs' norms add up at most.
     root *= (
         np.sqrt(2.0 * SHARE * tolerance) * norm / regularised_norm if regularised_norm > 0 else 0.0
@@ -104,40 +103,6 @@ def bounded_real(A: Floats, B: Floats, C: Floats, D: Floats, *, tolerance: float
     P = (P + P.T) / 2.0
     good = np.isfinite(P).all() and np.diag(P).min() > 0
     return P / s / s[:, None] if good else None
-
-
-def norm_seen(A: Floats, B: Floats, C: Floats, D: Floats) -> float:
-    """Return the largest gain at the evaluated frequencies: at most the norm."""
-    from scipy.optimize import minimize_scalar
-
-    poles = np.linalg.eigvals(A)
-    sizes = np.abs(poles)[np.abs(poles) > 0]
-    if not len(sizes):
-        return float(np.linalg.norm(D, 2))
-    low, high = np.log10(sizes.min()) - AROUND, np.log10(sizes.max()) + AROUND
-    grid = np.logspace(low, high, int(DENSITY * (high - low)) + 2)
-    grid = np.unique(np.concatenate([grid, np.abs(poles.imag)[poles.imag != 0], sizes]))
-
-    def gain(frequency: float) -> float:
-        at = 1j * frequency * np.eye(len(A)) - A
-        return float(np.linalg.norm(C @ np.linalg.solve(at, B) + D, 2))
-
-    gains = np.array([gain(float(omega)) for omega in grid])
-    peaks = [gain(0.0), float(np.linalg.norm(D, 2)), float(gains.max())]
-    last = len(grid) - 1
-    for k in range(len(grid)):
-        lower, upper = max(k - 1, 0), min(k + 1, last)
-        # Only a peak that may be the highest one is refined.
-        if gains[k] < max(gains[lower], gains[upper], 0.5 * gains.max()):
-            continue
-        best = minimize_scalar(
-            lambda at: -gain(float(np.exp(at))),
-            bounds=(float(np.log(grid[lower])), float(np.log(grid[upper]))),
-            method="bounded",
-            options={"xatol": 1e-9},
-        )
-        peaks.append(-float(best.fun))
-    return max(peaks)
 
 
 def _quiet(solve: Callable[..., Any], *arguments: Floats, **named: Floats) -> Floats:

@@ -18,17 +18,13 @@ Discrete time: the same with Theta_ij of ``closed_loop`` there.
 
 What "as large as possible" means for {x' P x <= 1}: objectives as LMIs.
 
-    volume      det Q largest:  v <= (z_1 ... z_n)^(1/n),  [[Q, T], [T', diag(z)]] >= 0 with T lower
-                triangular and z its diagonal; then det Q >= z_1 ... z_n, with equality attained.
-                The geometric mean is a tree of [[a, c], [c, b]] >= 0, c^2 <= a b, whose leaves are
-                z_1, ..., z_n and, up to a power of two, its root itself.
+    volume      det Q largest: see ``condition.log_det``.
     trace       sum_k Q_kk / w_k^2 largest: the sum of the squared semi-axes in units w_k.
     points      the largest beta with beta x_k in the ellipsoid for every given point: gamma =
                 1 / beta^2 least, [[gamma, x_k'], [x_k, Q]] >= 0.
 
-Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.2.2, for the aims; Ben-Tal and
-Nemirovski (2001), Lectures on Modern Convex Optimization, for the determinant; Hu and Lin (2001),
-Control Systems with Actuator Saturation, of one rule, for saturation.
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.2.2, for the aims; Hu and Lin
+(2001), Control Systems with Actuator Saturation, of one rule, for saturation.
 """
 
 from __future__ import annotations
@@ -37,97 +33,219 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.decay_rate import vertex_weight
 from takagi.lmi.analysis.gain_pairs import pairs_of
-from takagi.lmi.argument_checks import decay_parameter
+from takagi.lmi.argument_checks import (
+    corners_of,
+    decay_parameter,
+    number,
+    positive_vector,
+    sample_time_of,
+)
+from takagi.lmi.condition.log_det import root_of_determinant
 from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
 from takagi.lmi.condition.term import LMI, Array, Condition
-from takagi.lmi.condition.unknown import Unknown, triangle
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import (
     Expression,
     He,
     Inequality,
     Parameter,
-    added,
     block,
     matrix,
-    placement,
     trace,
 )
-from takagi.lmi.gains.attraction.request import AttractionRequest
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
-from takagi.lmi.gains.requirements.limits import input_lmis, row_lmis, state_lmis
+from takagi.lmi.gains.requirements.limits import input_lmis, limits_of, row_lmis, state_lmis
 from takagi.lmi.sums.double_sum import DoubleSum, double_sum_of
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Indices
-from takagi.models.errors import ModelError
+from takagi.models.errors import ModelError, did_you_mean
+
+MEASURES = ("volume", "trace")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Measure:
-    """What to minimise, with its unknowns and LMIs, which are not claims, only an epigraph."""
+def state_box_of(
+    model: object, state_box: ArrayLike | None, n: int, input_limit: Array | None
+) -> Array | None:
+    """Return (n,) half-widths, inf for none: those given, within the model's own box.
 
-    minimise: Expression
-    unknowns: tuple[Unknown, ...] = ()
-    lmis: tuple[Inequality, ...] = ()
-
-
-def trace_measure(Q: Unknown, units: Array) -> Measure:
-    """Return: sum_k Q_kk / units_k^2 largest; units (n,)."""
-    return Measure(-trace(np.diag(units**-2.0) @ Q))
-
-
-def points_measure(Q: Unknown, points: Array) -> Measure:
-    """Return: the largest multiple of the given points, (k, n), in the ellipsoid.
-
-    The multiple is gamma^(-1/2).
+    Raises
+    ------
+    ModelError : shapes, numbers, a model whose domain is not a box, a box of the model without 0
+        inside, or with the range of an input that no limit keeps.
     """
-    gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
-    inside = block([[gamma, matrix(points[:, None, :], r"x_k^\top")], [None, Q]]) >= 0
-    index = rf"k = 1, \dots, {len(points)}"
-    return Measure(+gamma, (gamma,), (inside.named("multiple of the points", index),))
+    if getattr(model, "domain", None) is not None:
+        raise ModelError(
+            "the model equals its plant on a band or a union of cells only, and no box inside it "
+            "is known; derive the model on a box (sector_model without domain)"
+        )
+    limits = limits_of(n, 1, state_box=state_box)
+    model_box = np.full(n, np.inf)
+    inputs = tuple(getattr(model, "inputs", ()))
+    for variable, (lower, upper) in getattr(model, "box", {}).items():
+        half = min(-float(lower), float(upper))
+        if variable in getattr(model, "states", ()):
+            if half <= 0:
+                raise ModelError(
+                    f"the model's box of {variable} is {float(lower):g} ... {float(upper):g}; an "
+                    "ellipsoid about 0 needs 0 inside it"
+                )
+            model_box[model.states.index(variable)] = half  # type: ignore[attr-defined]
+        elif variable in inputs and (
+            input_limit is None or input_limit[inputs.index(variable)] > half
+        ):
+            raise ModelError(
+                f"the model equals its plant only for |{variable}| <= {half:g}; give an "
+                "input_limit within that"
+            )
+    box = model_box if limits.states is None else np.minimum(model_box, limits.states)
+    return box if np.isfinite(box).any() else None
 
 
-def volume_measure(Q: Unknown) -> Measure:
-    """Return: det(Q)^(1/n) largest; v is the unknown ``volume``."""
-    n = Q.rows
-    if n == 1:
-        return trace_measure(Q, np.ones(1))
-    v = Unknown("volume", 1, 1, latex="v")
-    # The tree's nodes, the root first, then its leaves: children of node k are 2 k and 2 k + 1.
-    nodes = 2 ** int(np.ceil(np.log2(n))) - 1
-    c = Unknown("means", 1, 1, count=nodes + n, latex="c")
-    T = Unknown("factor", 1, 1, count=triangle(n - 1), latex="T")
-    root = (c.member(0) - v >= 0).named("volume")
-    return Measure(-v, (v, c, T), (_factor_lmi(Q, T, c), _mean_lmi(c, n), root))
+def measure_of(measure: str | ArrayLike, n: int) -> str | Array:
+    """Return "volume", "trace" or points, (k, n); half-widths (n,) become corners of the box.
+
+    Raises
+    ------
+    ModelError : an unknown name, a shape, entries that are not finite, points that are all 0.
+    """
+    if isinstance(measure, str):
+        if measure not in MEASURES:
+            raise ModelError(
+                f"measure {measure!r} is not known; there are volume, trace, or points (k, {n})"
+                + did_you_mean(measure, list(MEASURES))
+            )
+        return measure
+    try:
+        points = np.asarray(measure, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ModelError(f"measure cannot be read as points ({error}); give (k, {n})") from error
+    if points.ndim == 1:
+        box = positive_vector("measure", points, n)
+        limits = limits_of(n, 1, initial_box=box)
+        assert limits.initial is not None
+        return limits.initial
+    if points.ndim != 2 or points.shape[1] != n or not np.isfinite(points).all():
+        raise ModelError(
+            f"measure has shape {points.shape}; points (k, {n}), half-widths ({n},), or a name "
+            "are needed, all finite"
+        )
+    if not points.any():
+        raise ModelError("the points of the measure are all 0, so any multiple of them is in")
+    return points
 
 
-def _factor_lmi(Q: Unknown, T: Unknown, c: Unknown) -> Inequality:
-    """Pose [[Q, T], [T', z]] >= 0: T lower triangular, z its diagonal, the leaves of the tree."""
-    n, eye = Q.rows, np.eye(Q.rows)
-    row, column = np.tril_indices(n, -1)
-    leaves = np.arange(c.count - n, c.count)
-    entries = T.members(np.arange(len(row)), r"T_{\text{lower}}")
-    lower = added(entries * placement(eye[row][:, :, None] * eye[column][:, None, :]), latex="")
-    z_entries = c.members(leaves, r"\mathrm{diag}(z)")
-    z = added(z_entries * placement(eye[:, :, None] * eye[:, None, :]), latex="")
-    dots = ", " if n == 2 else r", \dots, "
-    index = rf"z = (c_{{{c.count - n + 1}}}{dots}c_{{{c.count}}})"
-    return (block([[Q, lower + z], [None, z]]) >= 0).named("factor of Q", index)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class AttractionRequest:
+    """What is asked, in one set of coordinates.
+
+    A, B : (r, n, n), (r, n, m); m = 0 without inputs.
+    gains : K, (r, m, n) or (1, m, n); None where they are sought.
+    sought : whether gains are sought; without gains and not sought, u = 0.
+    input_limit : (m,) or None.
+    saturation : None, |u| <= limit everywhere; or "polytope".
+    overdrive : |v_k| <= overdrive input_limit_k for the command v of gains that are sought.
+    state_box : (n,), inf for none; or None.
+    decay_rate, saturated_decay_rate : alpha in 1/s where no input saturates, and where one does.
+    step : sample time in s or None.
+    relaxation : name; measure : "volume", "trace" or points (k, n).
+    units : (n,), in which the trace is measured.
+    corners : as in ``DoubleSum``.
+    """
+
+    A: Array
+    B: Array
+    gains: Array | None
+    sought: bool
+    input_limit: Array | None
+    saturation: str | None
+    overdrive: float
+    state_box: Array | None
+    decay_rate: float
+    saturated_decay_rate: float
+    step: float | None
+    relaxation: str
+    measure: str | Array
+    units: Array
+    corners: Indices | None
+
+    @property
+    def slowest(self) -> float:
+        """Return the alpha that holds in the whole ellipsoid."""
+        return self.decay_rate if self.saturation is None else self.saturated_decay_rate
+
+    def scaled(self, s: Array, tau: Array) -> AttractionRequest:
+        """Return the task in x = s xhat, u = tau uhat."""
+        return replace(
+            self,
+            A=self.A * s / s[:, None],
+            B=self.B * tau / s[:, None],
+            gains=None if self.gains is None else self.gains * s / tau[:, None],
+            input_limit=None if self.input_limit is None else self.input_limit / tau,
+            state_box=None if self.state_box is None else self.state_box / s,
+            units=self.units / s,
+            measure=self.measure if isinstance(self.measure, str) else self.measure / s,
+        )
 
 
-def _mean_lmi(c: Unknown, n: int) -> Inequality:
-    """Pose [[c_2k, c_k], [c_k, c_2k+1]] >= 0 at every node; the root again for missing leaves."""
-    nodes = c.count - n
-    k = np.arange(1, nodes + 1)
+def attraction_request(
+    model: object,
+    A: Array,
+    B: Array,
+    gains: Array | None,
+    *,
+    state_box: ArrayLike | None,
+    input_limit: ArrayLike | None,
+    saturation: str | None,
+    overdrive: float,
+    decay_rate: float,
+    saturated_decay_rate: float,
+    relaxation: str,
+    measure: str | ArrayLike,
+    sample_time: float | None,
+) -> AttractionRequest:
+    """Return the task in the model's own coordinates, for gains that are known.
 
-    def means(index: Indices, symbol: str) -> Expression:
-        return c.members(np.where(index <= c.count, index, 1) - 1, symbol)
-
-    rows = block([[means(2 * k, "c_{2k}"), means(k, "c_k")], [None, means(2 * k + 1, "c_{2k+1}")]])
-    missing = "" if nodes + 1 == n else rf",\; c_l = c_1 \text{{ for }} l > {c.count}"
-    return (rows >= 0).named("geometric mean", rf"k = 1, \dots, {nodes}{missing}")
+    Parameters and errors are those of ``attraction_ellipsoid``.
+    """
+    relaxation_named(relaxation)
+    n, m = B.shape[1:]
+    if saturation not in (None, "polytope"):
+        raise ModelError(f'saturation {saturation!r} is not known; there are None and "polytope"')
+    limit = None if input_limit is None else positive_vector("input_limit", input_limit, m)
+    if saturation is not None and limit is None:
+        raise ModelError(f"saturation {saturation!r} needs input_limit, where the inputs saturate")
+    step = sample_time_of(model, sample_time)
+    fast = float(number("decay_rate", decay_rate, at_least=0.0))
+    slow = float(number("saturated_decay_rate", saturated_decay_rate, at_least=0.0))
+    if slow > fast:
+        raise ModelError(
+            f"saturated_decay_rate is {slow:g}, decay_rate only {fast:g} 1/s; saturation slows a "
+            "loop down, so ask for no more where an input saturates"
+        )
+    # Without inputs u = 0, which every box of the inputs holds.
+    input_bound = np.zeros(len(getattr(model, "inputs", ()))) if m == 0 else limit
+    box = state_box_of(model, state_box, n, input_bound)
+    return AttractionRequest(
+        A=A,
+        B=B,
+        gains=gains,
+        sought=False,
+        input_limit=limit,
+        saturation=saturation,
+        overdrive=float(number("overdrive", overdrive, at_least=1.0)),
+        state_box=box,
+        decay_rate=fast,
+        saturated_decay_rate=slow,
+        step=step,
+        relaxation=relaxation,
+        measure=measure_of(measure, n),
+        units=np.ones(n) if box is None else np.where(np.isfinite(box), box, 1.0),
+        corners=corners_of(model),
+    )
 
 
 # Size of Q, in the states at hand, beyond which an ellipsoid is taken to be unbounded.
@@ -162,21 +280,33 @@ def attraction_condition(task: AttractionRequest) -> Condition:
         lmis += posed
     if task.state_box is not None:
         lmis += state_lmis(Q, task.state_box)
-    if not isinstance(task.measure, str):
-        measure = points_measure(Q, task.measure)
-    else:
-        measure = trace_measure(Q, task.units) if task.measure == "trace" else volume_measure(Q)
+    minimise, measure_unknowns, epigraph = _measure(task, Q)
     return pose(
         positive_definite(Q),
         scale_bound(Q, LARGEST),
         *lmis,
-        *measure.lmis,
-        minimise=measure.minimise,
-        unknowns=(Q, *unknowns, *measure.unknowns),
+        *epigraph,
+        minimise=minimise,
+        unknowns=(Q, *unknowns, *measure_unknowns),
         parameters=(loop.rate,) if task.saturation is None else (loop.rate, loop.saturated_rate),
         name="region of attraction",
         source="Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.2 and 7.2.3",
     )
+
+
+def _measure(
+    task: AttractionRequest, Q: Unknown
+) -> tuple[Expression, tuple[Unknown, ...], tuple[Inequality, ...]]:
+    """Return what to minimise, with its unknowns and LMIs, which are not claims."""
+    if isinstance(task.measure, str):
+        if task.measure == "trace":
+            return -trace(np.diag(task.units**-2.0) @ Q), (), ()
+        volume, unknowns, inequalities = root_of_determinant(Q.as_expression())
+        return -volume, unknowns, inequalities
+    gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
+    inside = block([[gamma, matrix(task.measure[:, None, :], r"x_k^\top")], [None, Q]]) >= 0
+    index = rf"k = 1, \dots, {len(task.measure)}"
+    return +gamma, (gamma,), (inside.named("multiple of the points", index),)
 
 
 def _loops(

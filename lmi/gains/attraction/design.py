@@ -15,8 +15,11 @@ from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_inputs, balanced_states, nearest_power
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
-from takagi.lmi.gains.attraction.condition import attraction_condition
-from takagi.lmi.gains.attraction.request import AttractionRequest, attraction_request
+from takagi.lmi.gains.attraction.condition import (
+    AttractionRequest,
+    attraction_condition,
+    attraction_request,
+)
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError

@@ -11,7 +11,7 @@ With Q = P^-1, M_j = K_j Q, u = -sum_j h_j K_j x, and Z_ij = C_i Q - D12_i M_j,
                             [ .          .          -Q      0        ]
                             [ .          .          .       -gamma I ]
 
-with G_ij and a scaling of the first block row as in ``lmi.gains.disturbance.sums``.
+with G_ij and a scaling of the first block row as in ``disturbed_plant``.
 sum_ij h_i h_j Theta_ij < 0 is, by a congruence with diag(P, I, ...) and a Schur complement, the
 bounded real lemma: V', or V(x+) - V(x), is at most gamma |w|^2 - |z|^2 / gamma for V = x' P x.
 
@@ -39,8 +39,11 @@ from takagi.lmi.gains.disturbance.design import asked_or_least
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
+    LoopBlocks,
     Performance,
+    disturbed_condition,
     plant_of,
+    sum_of,
 )
 from takagi.lmi.gains.disturbance.request import (
     DisturbanceCoordinates,
@@ -48,7 +51,6 @@ from takagi.lmi.gains.disturbance.request import (
     Norm,
     disturbance_request,
 )
-from takagi.lmi.gains.disturbance.sums import LoopBlocks, disturbed_condition, sum_of
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains

@@ -1,7 +1,7 @@
 r"""Gains with the least variance of the output (H2 norm) under white noise.
 
 With Q = P^-1, M_j = K_j Q, u = -sum_j h_j K_j x, Z_ij = C_i Q - D12_i M_j, G_ij and a scaling of
-the first block row as in ``lmi.gains.disturbance.sums``,
+the first block row as in ``disturbed_plant``,
 
     continuous   Theta_ij = [ He(G_ij)   Z_ij' ]          [ W_i   E_i' ]
                             [ .          -I    ],         [ .     Q    ]  > 0
@@ -51,10 +51,14 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.expressions.expression import He, added, block, identity, matrix
 from takagi.lmi.gains.disturbance.design import asked_or_least
 from takagi.lmi.gains.disturbance.disturbed_plant import (
+    WEIGHT,
     Disturbed,
     DisturbedPlant,
+    LoopBlocks,
     Performance,
+    disturbed_condition,
     plant_of,
+    sum_of,
 )
 from takagi.lmi.gains.disturbance.request import (
     DisturbanceCoordinates,
@@ -64,12 +68,6 @@ from takagi.lmi.gains.disturbance.request import (
     guessed_regulator,
 )
 from takagi.lmi.gains.disturbance.riccati_bound import regulated
-from takagi.lmi.gains.disturbance.sums import (
-    WEIGHT,
-    LoopBlocks,
-    disturbed_condition,
-    sum_of,
-)
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains

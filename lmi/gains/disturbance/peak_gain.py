@@ -13,7 +13,7 @@ sigma = 2 alpha, or 1 - rho^2 with rho = e^(-alpha T),
     both           Phi_ij = [ -Q   Z_ij'    ]
                             [ .    -kappa I ]
 
-with G_ij, and a scaling of the first two block rows, as in ``lmi.gains.disturbance.sums``.
+with G_ij, and a scaling of the first two block rows, as in ``disturbed_plant``.
 sum_ij h_i h_j Theta_ij < 0 gives V' <= sigma (|w|^2 - V), or V(x+) <= rho^2 V + sigma |w|^2, for
 V = x' P x: for |w| <= 1 nothing leaves x' P x <= 1, and a trajectory from x = 0 stays inside.
 sum_ij h_i h_j Phi_ij < 0 gives |C x + D12 u|^2 <= kappa there, and
@@ -42,8 +42,12 @@ from takagi.lmi.gains.disturbance.design import asked_or_least, below, designed,
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
+    LoopBlocks,
     Performance,
+    disturbed_condition,
     plant_of,
+    root_share,
+    sum_of,
 )
 from takagi.lmi.gains.disturbance.request import (
     DisturbanceCoordinates,
@@ -53,7 +57,6 @@ from takagi.lmi.gains.disturbance.request import (
     guessed_regulator,
     is_definite,
 )
-from takagi.lmi.gains.disturbance.sums import LoopBlocks, disturbed_condition, root_share, sum_of
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.gains.zero_gains import warns_of_zero_gains

@@ -1,4 +1,26 @@
-"""Gains with a fuzzy Lyapunov function: the function that is called, and its design."""
+"""Gains together with a Lyapunov matrix for each rule, as double sums: u = -M(h) G^-1 x.
+
+    discrete     [ rho^2 (S_i - G - G')   *    ]
+                 [ A_i G - B_i M_j        -S_l ]        for every next rule l
+
+    continuous   [ He(A_i G - B_i M_j) + dP/dt + 2 alpha P_i                  *               ]
+                 [ c (P_i - G') + d (A_i G - B_i M_j)                         -kappa (G + G') ]
+
+with c = kappa / sqrt(eps), d = sqrt(eps), each summed with h_i h_j and negative definite.
+
+Discrete time: V = x' S(h)^-1 x.  With G' S^-1 G >= G + G' - S the first says that
+(A G - B M)' S(h+)^-1 (A G - B M) < rho^2 G' S(h)^-1 G, which is V(x+) < rho^2 V(x).
+
+Continuous time: V = x' N' P(h) N x, N = G^-1, and eps / kappa a time that is searched over.  With
+z = N x on both sides of the first block row, and (sqrt(eps) / kappa) N x' on those of the second,
+x' = (A - B M N) x, the slack vanishes and V' + 2 alpha V < 0 is left.
+
+Small eps and P_i = G, or S_i = G, show whatever a common Lyapunov matrix shows.
+
+Source: de Oliveira, Bernussou and Geromel (1999), Systems and Control Letters 37, and Guerra and
+Vermeiren (2004), Automatica 40(5), for discrete time; Mozelli, Palhares and Avellar (2009),
+Information Sciences 179, for continuous time.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +33,7 @@ from numpy.typing import ArrayLike
 from takagi.lmi.answer import Answer, Try, WithAnswer
 from takagi.lmi.argument_checks import (
     check_stabilisable,
+    decay_parameter,
     fixed_mode,
     input_stack,
     number,
@@ -20,17 +43,156 @@ from takagi.lmi.argument_checks import (
     vertex_stack,
 )
 from takagi.lmi.condition.evaluate import rate_of_values
+from takagi.lmi.condition.statements import pose, positive_definite, scale_bound
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.cone.balance import balanced_inputs, state_units
+from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.cone.balance import balanced_inputs, nearest_power, state_units
 from takagi.lmi.cone.cone_program import assemble
 from takagi.lmi.decision.decide import decide, improve
 from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
-from takagi.lmi.gains.decay.condition import Controlled, size_of_motion
-from takagi.lmi.gains.fuzzy.condition import FuzzyRequest
+from takagi.lmi.expressions.expression import Expression, He, Inequality, Parameter, block, matrix
+from takagi.lmi.gains.decay.condition import Controlled, size_of_motion, theta_weight
+from takagi.lmi.gains.requirements.closed_loop import gain_unknown
+from takagi.lmi.sums.membership_shape import double_sums, rate_of, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.varying.parameter_space import RateBounds, membership_rates, space_of
-from takagi.models.arrays import Floats, ShortRepr
+from takagi.lmi.varying.parameter_motion import continuous_motion, kept_degrees
+from takagi.lmi.varying.parameter_space import RateBounds, Space, membership_rates, space_of
+from takagi.models.arrays import Floats, Indices, ShortRepr
 from takagi.models.errors import ModelError
+
+LARGEST_SLACK = 16.0
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class FuzzyRequest:
+    """What is asked for, in one set of coordinates.
+
+    A, B : (r, n, n), (r, n, m).
+    space : of the memberships.
+    rates : bounds of |dw/dt| in 1/s, one array for each simplex; ignored in discrete time.
+    sample_time : T in s; None for continuous time.
+    relaxation : name of the double-sum relaxation.
+    s, tau : (n,), (m,) of the coordinates, x = s xhat, u = tau uhat: powers of two.
+    """
+
+    A: Floats
+    B: Floats
+    space: Space
+    rates: tuple[Floats, ...]
+    sample_time: float | None
+    relaxation: str
+    s: Floats
+    tau: Floats
+
+    @property
+    def discrete(self) -> bool:
+        return self.sample_time is not None
+
+    @property
+    def degrees(self) -> tuple[int, ...]:
+        """Return the degree of P in each simplex; 0 where it may not depend on what jumps."""
+        linear = tuple(int(size > 1) for size in self.space.sizes)
+        return linear if self.discrete else kept_degrees(linear, self.rates, discrete=False)
+
+    @property
+    def members(self) -> Indices:
+        """Return (r,): rules that differ in what may jump only share a member of P."""
+        varying_corners = self.space.corners * np.array(self.degrees, dtype=np.intp)
+        _, members = np.unique(varying_corners, axis=0, return_inverse=True)
+        return np.asarray(members.ravel(), dtype=np.intp)
+
+    @property
+    def P(self) -> Unknown:
+        """Return the Lyapunov matrices; S in discrete time."""
+        n, count = self.A.shape[1], int(self.members.max()) + 1
+        return Unknown("S" if self.discrete else "P", n, n, symmetric=True, count=count)
+
+    @property
+    def G(self) -> Unknown:
+        """Return the slack."""
+        return Unknown("G", *self.A.shape[1:])
+
+    @property
+    def M(self) -> Unknown:
+        """Return the numerators of the gains."""
+        r, n, m = self.B.shape
+        return gain_unknown(r, m, n, self.relaxation)
+
+    def condition(self, alpha: float, eps: float = 1.0) -> Condition:
+        """Return the condition; eps is the scalar of continuous time."""
+        nu = Unknown("nu", 1, 1, latex=r"\nu")
+        rate = decay_parameter(alpha, self.sample_time)
+        sums = double_sums(
+            self.next_rules(rate) if self.discrete else self.at_rates(rate, eps),
+            "next rule" if self.discrete else "rates",
+            rules=len(self.A),
+            weight=theta_weight(self.A, alpha, self.sample_time),
+            corners=self.space.corners if self.space.premises else None,
+        )
+        relaxed = relaxation_named(self.relaxation)
+        size = LARGEST_SLACK * np.eye(self.A.shape[1])
+        return pose(
+            positive_definite(self.P),
+            scale_bound(self.P),
+            # This only keeps the slack finite.
+            (block([[size, self.G], [None, size]]) >= 0).named("scale of G"),
+            *(lmi for double_sum in sums for lmi in relaxed(double_sum)[1]),
+            self.effort_bound(nu),
+            minimise=nu,
+            unknowns=(self.P, self.G, self.M, nu),
+            parameters=(rate,),
+            name=f"fuzzy Lyapunov function and gains, {self.relaxation}",
+            source="de Oliveira, Bernussou and Geromel (1999); Guerra and Vermeiren (2004)"
+            if self.discrete
+            else "Mozelli, Palhares and Avellar (2009)",
+        )
+
+    @property
+    def P_i(self) -> Expression:
+        """Return the vertex's P, or S."""
+        table = rule_table(len(self.A), "vertex", self.members)
+        return self.P.members(table, f"{self.P.symbol}_{{i}}")
+
+    @property
+    def closed(self) -> Expression:
+        """Return A_i G - B_i M_j."""
+        A_i, B_i = matrix(self.A, "A_{i}", over="i"), matrix(self.B, "B_{i}", over="i")
+        return A_i @ self.G - B_i @ self.M.over("j")
+
+    def next_rules(self, contraction: Parameter) -> list[Expression]:
+        """Return the module's Theta_ij of discrete time, one for each next rule."""
+        S, r = self.P, len(self.A)
+        first = contraction * (self.P_i - He(self.G))
+        following = [
+            S.members(np.full((r, r), member), f"S_{{{number + 1}}}")
+            for number, member in enumerate(self.members)
+        ]
+        return [block([[first, None], [self.closed, -S_l]]) for S_l in following]
+
+    def at_rates(self, alpha: Parameter, eps: float) -> list[Expression]:
+        """Return the module's Theta_ij of continuous time, one for each velocity."""
+        # A power of two about the size of A: what time is measured by.
+        size = float(nearest_power(size_of_motion(self.A, 0.0, None) / 2))
+        c, d = matrix([[size / np.sqrt(eps)]], "c"), matrix([[float(np.sqrt(eps))]], "d")
+        first = He(self.closed) + 2 * alpha * self.P_i
+        across = c * self.P_i - (c * self.G).T + d * self.closed
+        last = -He(matrix([[size]], r"\kappa") * self.G)
+        velocities = continuous_motion(self.space, self.degrees, self.rates).velocities
+        rates = (
+            rate_of(self.P, self.space.corners, velocity, members=self.members)
+            for velocity in velocities
+        )
+        return [block([[first + rate, None], [across, last]]) for rate in rates]
+
+    def effort_bound(self, nu: Unknown) -> Inequality:
+        """Pose [[P_i, M_j'], [M_j, nu I]] >= 0: |u|^2 <= nu V; He(G) - S_i in discrete time."""
+        r, M = len(self.A), self.M
+        i, j = (index.ravel() for index in np.indices((r, r)))
+        M_j = M.members(j, f"{M.symbol}_{{j}}") if M.count > 1 else M.as_expression()
+        P_i = self.P.members(self.members[i], f"{self.P.symbol}_i")
+        first = -P_i + He(self.G) if self.discrete else P_i
+        effort = block([[first, None], [M_j, nu * np.eye(M.rows)]]) >= 0
+        return effort.named("input effort", rf"i, j = 1, \dots, {r}")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
@@ -63,27 +225,14 @@ LARGEST_EFFORT = 1e6
 MANY = 99
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FuzzyUnits:
-    """x = states xhat, u = inputs uhat: powers of two, so that no digit is touched."""
-
-    states: Floats
-    inputs: Floats
-
-    def scaled(self, A: Floats, B: Floats) -> tuple[Floats, Floats]:
-        """Return the vertices in these units."""
-        s = self.states
-        return A * s / s[:, None], B * self.inputs / s[:, None]
-
-
-def _searched(task: FuzzyRequest, units: FuzzyUnits, alpha: float) -> FuzzyDesign:
-    """Return the first design that has gains, with the least effort at half its margin.
-
-    ``task`` : in these units.
-    """
+def _searched(task: FuzzyRequest, alpha: float) -> FuzzyDesign:
+    """Return the first design that has gains, with the least effort at half its margin."""
     fixed = fixed_mode(task.A, task.B, alpha, step=task.sample_time)
     if fixed is not None:
-        return _no_by_fixed_mode(task, units, alpha, fixed[:2])
+        outcome = Outcome("infeasible", {}, -np.inf, 0.0, {}, ())
+        none = _design(task, task.condition(alpha), outcome, alpha)
+        why = too_slow(task.A, fixed[:2], alpha, task.sample_time)
+        return replace(none, answer=replace(none.answer, diagnosis=why))
     tries: tuple[Try, ...] = ()
     epsilons = (1.0,) if task.discrete else EPSILONS
     # Many solvers for one epsilon only: the last, or the first that a single one left open.
@@ -98,18 +247,18 @@ def _searched(task: FuzzyRequest, units: FuzzyUnits, alpha: float) -> FuzzyDesig
         outcome = replace(outcome, tries=tries)
         if outcome.status == "candidate":
             less = improve(condition, outcome, assembled=data)
-            return _design(task, units, condition, less, alpha)
+            return _design(task, condition, less, alpha)
         if outcome.status == "unknown":
             undecided.append(epsilon)
-    return _design(task, units, condition, outcome, alpha)
+    return _design(task, condition, outcome, alpha)
 
 
 def _design(
-    task: FuzzyRequest, units: FuzzyUnits, condition: Condition, outcome: Outcome, alpha: float
+    task: FuzzyRequest, condition: Condition, outcome: Outcome, alpha: float
 ) -> FuzzyDesign:
     good = outcome.status == "candidate"
     answer = replace(
-        outcome.as_answer(condition, units.states),
+        outcome.as_answer(condition, task.s),
         decay_rate=rate_of_values(condition, outcome.values, task.sample_time) if good else None,
         diagnosis="" if good else _diagnosis(task, condition, outcome),
     )
@@ -120,18 +269,13 @@ def _design(
         relaxation=task.relaxation,
         answer=answer,
     )
-    return _with_gains(plain, task, units, outcome) if good else plain
-
-
-def _with_gains(
-    plain: FuzzyDesign, task: FuzzyRequest, units: FuzzyUnits, outcome: Outcome
-) -> FuzzyDesign:
-    """Return the design with its law, in the model's units: x = s xhat, u = tau uhat."""
-    s, tau, r = units.states, units.inputs, len(task.A)
+    if not good:
+        return plain
+    s, r = task.s, len(task.A)
     G, M = outcome.values["G"], outcome.values["M"]
     lyapunov_members = outcome.values[task.P.name][task.members]
     slacks = np.broadcast_to(G * s[:, None], (r, *G.shape[1:])).copy()
-    numerators = np.broadcast_to(M * tau[:, None], (r, *M.shape[1:])).copy()
+    numerators = np.broadcast_to(M * task.tau[:, None], (r, *M.shape[1:])).copy()
     K = np.linalg.solve(slacks.transpose(0, 2, 1), numerators.transpose(0, 2, 1))
     gains = np.asarray(K.transpose(0, 2, 1), dtype=np.float64)
     if task.discrete:
@@ -141,16 +285,6 @@ def _with_gains(
         matrices = back.transpose(0, 2, 1) @ lyapunov_members @ back
         matrices = (matrices + matrices.transpose(0, 2, 1)) / 2
     return replace(plain, gains=gains, matrices=matrices)
-
-
-def _no_by_fixed_mode(
-    task: FuzzyRequest, units: FuzzyUnits, alpha: float, fixed: tuple[int, complex]
-) -> FuzzyDesign:
-    condition = task.condition(alpha)
-    outcome = Outcome("infeasible", {}, -np.inf, 0.0, {}, ())
-    plain = _design(task, units, condition, outcome, alpha)
-    why = too_slow(task.A, fixed, alpha, task.sample_time)
-    return replace(plain, answer=replace(plain.answer, diagnosis=why))
 
 
 def _diagnosis(task: FuzzyRequest, condition: Condition, outcome: Outcome) -> str:
@@ -181,7 +315,7 @@ def fuzzy_pdc_condition(
     epsilon: float = 1.0,
     sample_time: float | None = None,
 ) -> Condition:
-    """Pose the double sums of ``fuzzy.sums``, 0 < P_i <= I, and the input effort nu.
+    """Pose the double sums of the module, 0 < P_i <= I, and the input effort nu.
 
     Parameters
     ----------
@@ -246,11 +380,12 @@ def fuzzy_pdc(
     step = sample_time_of(model, sample_time)
     s = state_units(A, scales, step=step)
     size = size_of_motion(A * s / s[:, None], 0.0, step) / 2
-    units = FuzzyUnits(s, balanced_inputs(B / s[:, None], size))
+    tau = balanced_inputs(B / s[:, None], size)
+    task = _task(model, A, B, step, rate_bounds, relaxation)
+    task = replace(task, A=A * s / s[:, None], B=B * tau / s[:, None], s=s, tau=tau)
     names = tuple(getattr(model, "states", ()))
-    check_stabilisable(*units.scaled(A, B), units=s, names=names, step=step)
-    task = _task(model, *units.scaled(A, B), step, rate_bounds, relaxation)
-    return _searched(task, units, alpha)
+    check_stabilisable(task.A, task.B, units=s, names=names, step=step)
+    return _searched(task, alpha)
 
 
 def _task(
@@ -274,5 +409,12 @@ def _task(
     space = space_of(model, len(A))
     bounds = membership_rates(space, np.inf if rate_bounds is None else rate_bounds)
     return FuzzyRequest(
-        A=A, B=B, space=space, rates=bounds, sample_time=step, relaxation=relaxation
+        A=A,
+        B=B,
+        space=space,
+        rates=bounds,
+        sample_time=step,
+        relaxation=relaxation,
+        s=np.ones(A.shape[1]),
+        tau=np.ones(B.shape[2]),
     )

@@ -1,1 +1,1 @@
-"""Dynamic output feedback: controllers with states of their own, by linear matrix inequalities."""
+"""Output feedback of fixed order: few states of the controller, or none."""

@@ -18,26 +18,86 @@ and Noll (2006), IEEE Trans. Automatic Control 51(1).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import block_diag
 
+from takagi.lmi.analysis.disturbance.loop_norm import largest_gain
 from takagi.lmi.answer import Status
-from takagi.lmi.argument_checks import whole_number
-from takagi.lmi.gains.descent.gain_loops import GainLoops, largest_gain
+from takagi.lmi.argument_checks import fixed_mode, whole_number
+from takagi.lmi.gains.descent.gain_loops import GainLoops
 from takagi.lmi.gains.descent.many_starts import best_gains
-from takagi.lmi.gains.output_feedback.controller import unmoved_mode
-from takagi.lmi.gains.output_feedback.generalised_plant import (
-    ControllerFound,
-    GeneralisedPlant,
-    StateSpace,
-)
 from takagi.lmi.gains.structured.structure import pattern_of
 from takagi.models.arrays import Floats, ShortRepr
+from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class GeneralisedPlant(ShortRepr):
+    """x' = A x + B1 w + B2 u, z = C1 x + D11 w + D12 u, y = C2 x + D21 w, in continuous time.
+
+    Attributes
+    ----------
+    A, B1, B2 : (n, n), (n, q), (n, m).
+    C1, D11, D12 : (p, n), (p, q), (p, m).
+    C2, D21 : (k, n), (k, q); u does not reach y directly.
+    """
+
+    A: Floats
+    B1: Floats
+    B2: Floats
+    C1: Floats
+    C2: Floats
+    D11: Floats
+    D12: Floats
+    D21: Floats
+
+    def __post_init__(self) -> None:
+        for name in ("A", "B1", "B2", "C1", "C2", "D11", "D12", "D21"):
+            value = np.asarray(getattr(self, name), dtype=np.float64)
+            if value.ndim != 2 or not np.isfinite(value).all():
+                raise ModelError(
+                    f"{name} has shape {value.shape}; a matrix of finite numbers is needed"
+                )
+            object.__setattr__(self, name, value)
+        n, q, m = self.A.shape[0], self.B1.shape[1], self.B2.shape[1]
+        p, k = self.C1.shape[0], self.C2.shape[0]
+        needed = {"A": (n, n), "B1": (n, q), "B2": (n, m), "C1": (p, n), "C2": (k, n)}
+        needed |= {"D11": (p, q), "D12": (p, m), "D21": (k, q)}
+        for name, shape in needed.items():
+            if getattr(self, name).shape != shape or 0 in shape:
+                raise ModelError(
+                    f"{name} is {getattr(self, name).shape}; {shape} is needed, none of them 0"
+                )
+
+    def closed(self, controller: StateSpace) -> StateSpace:
+        """Return the loop from w to z with u = K(s) y."""
+        Ak, Bk, Ck, Dk = controller.A, controller.B, controller.C, controller.D
+        A = np.block([[self.A + self.B2 @ Dk @ self.C2, self.B2 @ Ck], [Bk @ self.C2, Ak]])
+        B = np.vstack([self.B1 + self.B2 @ Dk @ self.D21, Bk @ self.D21])
+        C = np.hstack([self.C1 + self.D12 @ Dk @ self.C2, self.D12 @ Ck])
+        return StateSpace(A, B, C, self.D11 + self.D12 @ Dk @ self.D21)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StateSpace:
+    """x' = A x + B u, y = C x + D u: (n, n), (n, m), (p, n), (p, m); n may be 0."""
+
+    A: Floats
+    B: Floats
+    C: Floats
+    D: Floats
+
+    @property
+    def order(self) -> int:
+        """Return n."""
+        return len(self.A)
+
 
 # Digits of F, from the most on, and how much larger the norm may get by the rounding, relative.
 DIGITS, LOST = (9, 8, 7, 6, 5, 4, 3), 1e-3
@@ -46,7 +106,7 @@ LONG = 15
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
-class FixedOrderDesign(ShortRepr, ControllerFound):
+class FixedOrderDesign(ShortRepr):
     """A controller of given order, and the loop that a claim is about.
 
     Attributes
@@ -70,6 +130,22 @@ class FixedOrderDesign(ShortRepr, ControllerFound):
     start: str = ""
     exact: bool = False
     diagnosis: str = ""
+
+    @property
+    def found(self) -> bool:
+        """Return whether there is a controller."""
+        return self.controller is not None
+
+    def require(self) -> StateSpace:
+        """Return the controller.
+
+        Raises
+        ------
+        ModelError : there is none; the message is the diagnosis.
+        """
+        if self.controller is None:
+            raise ModelError(f"no controller was found ({self.status}): {self.diagnosis}")
+        return self.controller
 
     @property
     def model(self) -> TSModel:
@@ -159,19 +235,33 @@ def hinf_fixed_order(
     )
 
 
+def unmoved_mode(plant: GeneralisedPlant) -> str:
+    """Return which mode that is not stable no controller changes; empty where none is."""
+    for A, B, why in (
+        (plant.A, plant.B2, "u does not move it"),
+        (plant.A.T, plant.C2.T, "y does not see it"),
+    ):
+        mode = fixed_mode(A[None], B[None], 0.0)
+        if mode is not None:
+            return (
+                f"no controller stabilises the plant: the mode {mode[1]:.4g} is not stable, and "
+                f"{why}; an unstable or integrating weight has to be made stable, any other such "
+                "mode needs another input or measurement"
+            )
+    return ""
+
+
 def with_integrators(plant: GeneralisedPlant, order: int) -> GeneralisedPlant:
     """Return the plant with ``order`` integrators whose inputs are controls and states measured."""
     q, z = plant.B1.shape[1], len(plant.C1)
-    if not order:
-        return plant
     eye = np.eye(order)
-    return GeneralisedPlant(
-        A=_diagonal(plant.A, np.zeros((order, order))),
+    return replace(
+        plant,
+        A=block_diag(plant.A, np.zeros((order, order))),
         B1=np.vstack([plant.B1, np.zeros((order, q))]),
-        B2=_diagonal(plant.B2, eye),
+        B2=block_diag(plant.B2, eye),
         C1=np.hstack([plant.C1, np.zeros((z, order))]),
-        C2=_diagonal(plant.C2, eye),
-        D11=plant.D11,
+        C2=block_diag(plant.C2, eye),
         D12=np.hstack([plant.D12, np.zeros((z, order))]),
         D21=np.vstack([plant.D21, np.zeros((order, q))]),
     )
@@ -186,13 +276,6 @@ def controller_of_gain(F: Floats, order: int) -> StateSpace:
     """Return the controller of the static gain F of the plant with integrators."""
     m, p = F.shape[0] - order, F.shape[1] - order
     return StateSpace(F[m:, p:], F[m:, :p], F[:m, p:], F[:m, :p])
-
-
-def _diagonal(first: Floats, second: Floats) -> Floats:
-    joined = np.zeros((len(first) + len(second), first.shape[1] + second.shape[1]))
-    joined[: len(first), : first.shape[1]] = first
-    joined[len(first) :, first.shape[1] :] = second
-    return joined
 
 
 def _loops_of(plant: GeneralisedPlant, pattern: NDArray[np.bool_]) -> GainLoops:

@@ -20,8 +20,7 @@ from takagi.lmi.argument_checks import (
     whole_number,
 )
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.gains.cost.condition import initial_factor, weight_factor
-from takagi.lmi.gains.cost.regulator import lqr_pdc
+from takagi.lmi.gains.cost.regulator import initial_factor, lqr_pdc, weight_factor
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant, Performance, plant_of

@@ -7,7 +7,7 @@ set {x' P x <= 1} under the wind class, the multipliers of P, and the function R
 rate.  Each step has three parts:
 
 1. the loop is enclosed at the present gains and at neighbouring gains (``loop_of_gains``);
-2. one convex step changes functions and gains (``condition``) within a trust region;
+2. one convex step changes functions and gains (``joint_step``) within a trust region;
 3. the loop is enclosed again at the new gains, and the functions are improved there with gains
    fixed.  The step is accepted if the objective at these enclosures became smaller; otherwise the
    trust region shrinks.
@@ -38,11 +38,10 @@ from takagi.lmi.turbine.one_step.design_point import (
     design_point,
     function_value,
     mean_error,
-    shares_of,
     weights_at,
     widest_multiples,
 )
-from takagi.lmi.turbine.one_step.joint_step import RemainingRoom, Weights, joint_step
+from takagi.lmi.turbine.one_step.joint_step import joint_step
 from takagi.lmi.turbine.one_step.loop_of_gains import (
     LoopFunctions,
     LoopOfGains,
@@ -98,27 +97,8 @@ def first_point(loop: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint
     opening = replace(aim, wind_class=max(aim.wind_class, 1.0), decay=0.0)
     # ``invariant_ellipsoid`` maximises the multiple of the weakest cell, so this is the best floor.
     floor = float(functions.scales.min())
-    functions = _settled(loop, windy, calm, functions, opening, AT_START, floor=_Kept(0.0, floor))
+    functions = _settled(loop, windy, calm, functions, opening, AT_START, least=(0.0, floor))
     return replace(design_point(loop, theta, functions, aim), floor=floor)
-
-
-@dataclass(frozen=True, slots=True)
-class _Kept:
-    """Lower limits that every accepted step respects.
-
-    mean : least mean wind error [m/s]; 0 sets no limit.
-    multiple : least multiple of the wind error in the weakest cell.
-    """
-
-    mean: float
-    multiple: float
-
-    def lost_by(self, spot: DesignPoint) -> bool:
-        lower = 1 - 2 * ROOM
-        return (
-            spot.reached.wind_error < self.mean * lower
-            or float(spot.functions.scales.min()) < self.multiple * lower
-        )
 
 
 @dataclass(slots=True)
@@ -129,6 +109,8 @@ class Iteration:
     ----------
     reach : radius of the trust region, in the logarithms of the gains.
     history : values of each accepted point; the first entry is the start.
+    least : lower limits that every accepted step respects, of the mean wind error [m/s] and of the
+        multiple of the wind error in the weakest cell.
     refused : number of steps that were not accepted.
     """
 
@@ -138,13 +120,13 @@ class Iteration:
     reach: float = FIRST_REACH
     refused: int = 0
     history: list[ReachedValues] = field(default_factory=list)
-    _kept: _Kept = field(init=False)
+    least: tuple[float, float] = field(init=False)
     _near: tuple[MovingCorners, MovingCorners, NDArray[np.bool_]] | None = None
 
     def __post_init__(self) -> None:
         self.history.append(self.spot.reached)
-        kept_share, spot = self.aim.kept, self.spot
-        self._kept = _Kept(kept_share * spot.reached.wind_error, kept_share * spot.floor)
+        share, spot = self.aim.kept, self.spot
+        self.least = share * spot.reached.wind_error, share * spot.floor
 
     def stepped(self) -> bool:
         """Try one step; return False if the search has ended."""
@@ -152,19 +134,20 @@ class Iteration:
         if self._near is None:
             self._near = self.loop.moving(spot.theta, self.reach)
         windy, calm, free = self._near
-        log_mean = np.log(self._kept.mean / spot.reached.wind_error) - ROOM
-        weights = replace(
-            weights_at(self.loop, self.aim),
-            log_mean=float(log_mean),
-            floors=np.full(self.loop.cells, self._kept.multiple),
-        )
+        mean, multiple = self.least
+        log_mean = float(np.log(mean / spot.reached.wind_error) - ROOM)
+        weights = weights_at(self.loop, self.aim, log_mean=log_mean, floor=multiple)
         low, high = np.where(free, np.array([-self.reach, self.reach]), 0.0).T
-        room = RemainingRoom(low, high, self.loop.bends(self.reach))
+        room = low, high, self.loop.bends(self.reach)
         step = joint_step(windy, calm, spot.functions, self.loop.box.directions, weights, room)
-        new = None
-        if step is not None:
-            new = self.assessed(spot.theta * np.exp(step.u), step.functions)
-        if new is None or new.value >= spot.value or self._kept.lost_by(new):
+        new = None if step is None else self.assessed(spot.theta * np.exp(step[0]), step[1])
+        lower = 1 - 2 * ROOM
+        if (
+            new is None
+            or new.value >= spot.value
+            or new.reached.wind_error < mean * lower
+            or float(new.functions.scales.min()) < multiple * lower
+        ):
             self.refused += 1
             # A refused step means that the linearisation was used too far from its point.
             self.reach *= NARROWER
@@ -186,9 +169,9 @@ class Iteration:
         if functions_there is None or (self.aim.decay > 0 and not functions_there.decay_rate > 0):
             return None
         better = _settled(
-            self.loop, windy, calm, functions_there, self.aim, AFTER_STEP, floor=self._kept
+            self.loop, windy, calm, functions_there, self.aim, AFTER_STEP, least=self.least
         )
-        return replace(design_point(self.loop, theta, better, self.aim), floor=self._kept.multiple)
+        return replace(design_point(self.loop, theta, better, self.aim), floor=self.least[1])
 
 
 def with_largest_decay_rate(loop: LoopOfGains, spot: DesignPoint) -> DesignPoint:
@@ -215,24 +198,21 @@ def _settled(
     aim: Objective,
     step_count: int,
     *,
-    floor: _Kept,
+    least: tuple[float, float],
 ) -> LoopFunctions:
     """Return the functions after at most ``step_count`` improvements at fixed gains.
 
-    ``floor`` : lower limits; functions below them are first raised towards them.
+    ``least`` : lower limits, as of an ``Iteration``; functions below them are first raised.
     """
-    directions, shares = loop.box.directions, shares_of(loop)
+    directions, (least_mean, multiple) = loop.box.directions, least
     value, mean = function_value(loop, functions, aim), mean_error(loop, functions)
-    floors = np.full(loop.cells, floor.multiple)
     for _ in range(step_count):
-        log_mean = float(np.log(floor.mean / mean)) if floor.mean > 0 else None
-        weights = Weights(
-            aim.wind_class * shares, aim.overspeed, aim.decay, shares, log_mean, floors
-        )
+        log_mean = float(np.log(least_mean / mean)) if least_mean > 0 else None
+        weights = weights_at(loop, aim, log_mean=log_mean, floor=multiple)
         step = joint_step(windy, calm, functions, directions, weights)
         new_functions = None
         if step is not None:
-            new_functions = functions_at(windy, calm, step.functions, widest_multiples(loop))
+            new_functions = functions_at(windy, calm, step[1], widest_multiples(loop))
         if new_functions is None or (aim.decay > 0 and not new_functions.decay_rate > 0):
             break
         new_value, reached = (
@@ -240,8 +220,8 @@ def _settled(
             mean_error(loop, new_functions),
         )
         # Progress towards a limit counts as success, even if the objective became worse by it.
-        raised = (mean < floor.mean and reached > mean) or (
-            float(functions.scales.min()) < min(floor.multiple, float(new_functions.scales.min()))
+        raised = (mean < least_mean and reached > mean) or (
+            float(functions.scales.min()) < min(multiple, float(new_functions.scales.min()))
         )
         if new_value < value or raised:
             functions = new_functions
@@ -303,10 +283,11 @@ def one_step_gains(
     """
     if steps < 0:
         raise ModelError(f"steps = {steps} was given; 0 or more are needed")
-    say = tell or _silent
+    say = tell or (lambda text: None)
     aim = objective or Objective()
     say("analysing the gains found wind by wind")
-    spot = first_point(loop, _theta(loop.law), aim)
+    gains = loop.law.gains
+    spot = first_point(loop, np.concatenate([gains.proportional, gains.integral_rate]), aim)
     iteration = Iteration(loop, aim, spot)
     for count in range(steps):
         say(f"joint step {count + 1} of {steps}")
@@ -323,11 +304,3 @@ def one_step_gains(
     return OneStepDesign(
         law, best.functions, spot.reached, best.reached, tuple(iteration.history), iteration.refused
     )
-
-
-def _theta(law: EffortSharingLaw) -> Floats:
-    return np.concatenate([law.gains.proportional, law.gains.integral_rate])
-
-
-def _silent(_: str) -> None:
-    """Ignore the line of text."""

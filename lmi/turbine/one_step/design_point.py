@@ -78,10 +78,12 @@ def design_point(
     return DesignPoint(theta, functions, reached, function_value(loop, functions, aim))
 
 
-def weights_at(loop: LoopOfGains, aim: Objective) -> Weights:
-    """Return the weights of one convex step."""
-    shares = shares_of(loop)
-    return Weights(aim.wind_class * shares, aim.overspeed, aim.decay, shares)
+def weights_at(
+    loop: LoopOfGains, aim: Objective, *, log_mean: float | None, floor: float
+) -> Weights:
+    """Return the weights of one convex step, and its limits: see ``Weights``."""
+    shares, floors = shares_of(loop), np.full(loop.cells, floor)
+    return Weights(aim.wind_class * shares, aim.overspeed, aim.decay, shares, log_mean, floors)
 
 
 def shares_of(loop: LoopOfGains) -> Floats:

@@ -45,7 +45,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, frozen
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
@@ -73,11 +73,9 @@ class EffortGains:
 
     def __post_init__(self) -> None:
         for name in ("proportional", "integral_rate"):
-            column = np.array(getattr(self, name), dtype=np.float64)
+            column = frozen(self, name)
             if column.ndim != 1 or not np.all(np.isfinite(column)) or np.any(column <= 0):
                 raise ModelError(f"{name} must be a row of positive numbers, one per node/interval")
-            column.flags.writeable = False
-            object.__setattr__(self, name, column)
         if len(self.integral_rate) != len(self.proportional) - 1:
             raise ModelError(
                 f"{len(self.proportional)} proportional gains need {len(self.proportional) - 1} "

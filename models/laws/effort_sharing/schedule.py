@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, frozen
 from takagi.models.errors import ModelError
 from takagi.models.ramps import effort_ramp
 from takagi.models.turbine.data import Turbine, rotor_torque
@@ -60,14 +60,12 @@ class EffortSchedule:
     def __post_init__(self) -> None:
         columns = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
         for name in columns:
-            column = np.array(getattr(self, name), dtype=np.float64)
+            column = frozen(self, name)
             if column.shape != np.shape(self.wind) or not np.all(np.isfinite(column)):
                 raise ModelError(
                     f"schedule column {name} has shape {column.shape} or a non-finite entry; one "
                     f"finite number per wind node is needed ({np.shape(self.wind)})"
                 )
-            column.flags.writeable = False
-            object.__setattr__(self, name, column)
         if len(self.wind) < 2 or np.any(np.diff(self.wind) <= 0):
             raise ModelError("schedule winds must increase and be at least two")
         if self.overlap <= 0 or np.any(self.effectiveness <= 0):

@@ -47,14 +47,14 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, frozen
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.ramps import Ramp, Shape, rated_speed_ramp
 from takagi.models.splines.spline import scalar_surface
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import OperatingBand, operating_band
-from takagi.models.turbine.regional_model import WIND_ESTIMATE
+from takagi.models.turbine.region_models import WIND_ESTIMATE
 
 Variant: TypeAlias = Literal["sector", "saturated"]
 
@@ -272,14 +272,12 @@ class RegionalSchedule:
     def __post_init__(self) -> None:
         count = len(self.model.rules)
         for name, shape in (("k_x", (count, 2)), ("k_I", (count,))):
-            array = np.array(getattr(self, name), dtype=np.float64)
+            array = frozen(self, name)
             if array.shape != shape or not np.all(np.isfinite(array)):
                 raise ModelError(
                     f"{self.model.name}: {name} has shape {array.shape}; finite numbers of shape "
                     f"{shape} are needed, one row per rule of the model"
                 )
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
         if len(self.evaluators) != len(self.model.premises):
             raise ModelError(
                 f"{self.model.name}: {len(self.evaluators)} evaluators for "

@@ -17,7 +17,6 @@ from takagi.reports.code.controller_program import (
     Formula,
     Kept,
     Name,
-    Near,
     Number,
     Operation,
     Row,
@@ -324,22 +323,18 @@ def needed_names(program: ControllerProgram) -> frozenset[str]:
 
 def _read(formula: Formula, program: ControllerProgram) -> Iterator[str]:
     """Yield the names whose values matter; a mix of one rule depends on its value alone."""
-    if isinstance(formula, Call) and formula.function == "mix":
-        values = formula.arguments[1]
-        assert isinstance(values, Name)
-        for constant in program.constants:
-            if constant.name == values.name and len(constant.value) == 1:  # type: ignore[arg-type]
-                yield values.name
-                return
-    if isinstance(formula, Call):
-        for argument in formula.arguments:
-            yield from _read(argument, program)
-    elif isinstance(formula, Operation):
-        for operand in (formula.left, formula.right):
-            if operand is not None:
-                yield from _read(operand, program)
-    else:
-        yield from names_of(formula)
+    rows = {constant.name: constant.value for constant in program.constants}
+    match formula:
+        case Call("mix", (_, Name(name), *_)) if len(rows.get(name, ())) == 1:  # type: ignore[arg-type]
+            yield name
+        case Call(_, arguments):
+            for argument in arguments:
+                yield from _read(argument, program)
+        case Operation(_, left, right):
+            for operand in (left, right):
+                yield from () if operand is None else _read(operand, program)
+        case _:
+            yield from names_of(formula)
 
 
 def sample_function(
@@ -420,7 +415,13 @@ def assignment_lines(assignment: Assignment, word: str, write: Expressions) -> I
         return f"{cast}({by.text(formula)})" if cast else by.text(formula)
 
     formula_text = value(assignment.formula)
-    branches = [(_is_near(near, by), value(near.formula)) for near in assignment.near]
+    branches = [
+        (
+            f"{by.text(Call('abs', (near.of,)))} <= {literal(near.within, by.suffix)}",
+            value(near.formula),
+        )
+        for near in assignment.near
+    ]
     yield from by.taken_before()
     yield f"{word}_real {name}; /* {note} */"
     for k, (condition, formula) in enumerate(branches):
@@ -429,11 +430,6 @@ def assignment_lines(assignment: Assignment, word: str, write: Expressions) -> I
     yield "} else {"
     yield f"    {name} = {formula_text};"
     yield "}"
-
-
-def _is_near(near: Near, write: Expressions) -> str:
-    distance = write.text(Call("abs", (near.of,)))
-    return f"{distance} <= {literal(near.within, write.suffix)}"
 
 
 def _estimate_held(

@@ -97,12 +97,11 @@ def _variants(program: ControllerProgram, settings: ExportSettings) -> Iterator[
         return
     guess = "the estimate from speed, pitch and torque; record 27 is its first guess alone"
     yield _Variant("observer", guess, c_source(program, settings))
-    limits = [stage.name for stage in program.stages]
-    left_out = [
-        entry["name"] for entry in program.document["programs"] if entry["name"] not in limits
-    ]
-    without = controller_program(program.document, without=["observer", *left_out])
-    named = replace(without, plant=f"{program.plant} wind given")
+    kept = [stage.name for stage in program.stages]
+    names = (entry["name"] for entry in program.document["programs"])
+    without = ["observer", *(name for name in names if name not in kept)]
+    wind_given = controller_program(program.document, without=without)
+    named = replace(wind_given, plant=f"{program.plant} wind given")
     yield _Variant("record27", measured_wind, c_source(named, settings))
 
 

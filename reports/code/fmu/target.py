@@ -15,7 +15,6 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from decimal import Decimal
 from html import escape
 from importlib.resources import files as package_files
@@ -68,7 +67,9 @@ def model_description(model: FmuModel, version: int, token: str, sources: Iterab
             status,
         ],
         "quoted": quoteattr,
-        "attributes": _attributes,
+        "attributes": lambda values: "".join(
+            f" {key}={quoteattr(str(value))}" for key, value in values.items()
+        ),
     }
     return filled("fmu", "modelDescription.xml", context)
 
@@ -90,10 +91,6 @@ def _real(variable: Variable) -> dict[str, Any]:
     attributes = {} if variable.unit in ("", "-") else {"unit": variable.unit}
     start = variable.start
     return attributes if start is None else {**attributes, "start": float(start)}
-
-
-def _attributes(values: Mapping[str, Any]) -> str:
-    return "".join(f" {key}={quoteattr(str(value))}" for key, value in values.items())
 
 
 def base_units(unit: str) -> dict[str, int] | None:
@@ -126,8 +123,7 @@ def _radians(unit: str) -> int:
 RESERVED = ("time", "sample_time", "status")
 
 
-@dataclass(frozen=True, slots=True)
-class Variable:
+class Variable(NamedTuple):
     """A variable of the FMU; its place in the list is its value reference.
 
     Attributes
@@ -145,14 +141,8 @@ class Variable:
     start: Decimal | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class FmuModel:
-    """A law as an FMU.
-
-    Attributes
-    ----------
-    variables : all real variables; the status follows them.
-    """
+class FmuModel(NamedTuple):
+    """A law as an FMU: ``variables`` are all real ones; the status follows them."""
 
     program: ControllerProgram
     c: CSource
@@ -161,22 +151,19 @@ class FmuModel:
 
 def fmu_model(program: ControllerProgram, c: CSource) -> FmuModel:
     """Return the law as a model."""
+    keys = [s.name for s in (*program.inputs, *program.outputs)] + [k.name for k in program.kept]
+    names = identifiers(keys, RESERVED, language="an FMU")
     what = "from one sample of the law to the next"
-    # Key, role, unit, description, start.
-    rows: list[tuple[str, str, str, str, Decimal | None]] = [
-        ("time", "time", "s", "", None),
-        ("sample_time", "parameter", "s", what, c.sample_time),
-        *(
-            (s.name, "input", s.unit, _meaning(s, program), s.rest or Decimal(0))
-            for s in program.inputs
-        ),
-        *((s.name, "output", s.unit, s.meaning, None) for s in program.outputs),
-        *((s.name, "kept", s.unit, s.meaning, None) for s in program.kept),
+    variables = [
+        Variable("time", "time", "time", "s", ""),
+        Variable("sample_time", "sample_time", "parameter", "s", what, c.sample_time),
     ]
-    keys = [key for key, role, *_ in rows if role not in ("time", "parameter")]
-    names = identifiers(keys, RESERVED, language="an FMU") | {key: key for key in RESERVED}
-    variables = tuple(Variable(row[0], names[row[0]], *row[1:]) for row in rows)
-    return FmuModel(program, c, variables)
+    for s in program.inputs:
+        meaning, start = _meaning(s, program), s.rest or Decimal(0)
+        variables.append(Variable(s.name, names[s.name], "input", s.unit, meaning, start))
+    for role, entries in (("output", program.outputs), ("kept", program.kept)):
+        variables += [Variable(s.name, names[s.name], role, s.unit, s.meaning) for s in entries]
+    return FmuModel(program, c, tuple(variables))
 
 
 def _meaning(signal: Signal, program: ControllerProgram) -> str:

@@ -350,7 +350,9 @@ def _context(program: ControllerProgram, settings: ExportSettings) -> dict[str, 
         "constants": [line for constant in program.constants for line in _constant(constant, word)],
         "statements": _statements(program, word, inside),
         "told": told,
-        "note": lambda entry: _told(entry.unit, getattr(entry, "words", entry.meaning)),
+        "note": lambda entry: told(
+            f"{entry.unit}: {getattr(entry, 'words', entry.meaning)}".removesuffix(": ")
+        ),
         "real": real,
     }
 
@@ -443,8 +445,3 @@ def _require_room(constant: Constant) -> None:
                 f"{LARGEST_ARRAY}: design with fewer rules (fewer premises, or product bounds), or "
                 "write the law with --to c"
             )
-
-
-def _told(unit: str, meaning: str) -> str:
-    """Return unit and meaning as the text of a comment."""
-    return told(f"{unit}: {meaning}".removesuffix(": "))

@@ -3,24 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.reports.figures.loops import bode_figure, bode_line, finish_over_time, responses_figure
+from takagi.models.blending.blending import RunTimeBlending
+from takagi.models.ts.model import TSModel
+from takagi.models.ts.premise import Premise
+from takagi.reports.figures.loops import (
+    Panel,
+    bode_figure,
+    bode_line,
+    motions_figure,
+    responses_figure,
+)
 from takagi.reports.figures.plant.proved_set import phase_figure, planes
 from takagi.reports.figures.style import (
     COLOURS,
     SEQUENTIAL,
     STYLES,
     captioned_figure,
-    decimate,
     house_style,
     new_figure,
 )
 from takagi.reports.loops.plant_local import PlantLocalLoop, common_frequencies
+from takagi.reports.loops.plant_loop import PlantLoop
 from takagi.reports.loops.plant_motion import PlantMotion, around, motions
 from takagi.reports.output import csv_text
 from takagi.reports.page.text import CaptionedFigure, behind, name_of, powers
@@ -29,17 +39,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.models.blending.blending import RunTimeBlending
-    from takagi.models.ts.model import TSModel
-    from takagi.models.ts.premise import Premise
-    from takagi.reports.loops.plant_loop import PlantLoop
 
 LINE, GRID = 201, 61
 TRIES, SEED = 6, 5
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PremiseCurve:
+class PremiseCurve(NamedTuple):
     """A premise along the one or two variables that it depends on, all others at rest.
 
     Attributes
@@ -157,21 +162,18 @@ def hand_over_figure(
 ) -> Figure:
     """Return the effort and both actuators over time, a line for each motion."""
     blending, e = blend.blending, float(blend.blending.overlap)
-    lines = list(zip(motions, COLOURS, STYLES, strict=False))
-    with house_style():
-        figure, panels = new_figure(3, 1, height=6.0, share_x=True)
-        panels[0].axhspan(-e, e, color=SHADE, zorder=0)
-        for motion, colour, style in lines:
-            rows = np.column_stack((motion.state[:, -1] + effort_rest, motion.acting))
-            for axes, series in zip(panels, rows.T, strict=True):
-                axes.plot(
-                    *decimate(motion.time, series), color=colour, linestyle=style, label=motion.name
-                )
-        panels[0].set_ylabel(f"effort\n[{blending.effort.unit}]")
-        for axes, actuator in zip(panels[1:], blending.actuators, strict=True):
-            axes.set_ylabel(f"{actuator.name}\n[{actuator.variable.unit}]")
-        finish_over_time(figure, panels, motions)
-    return figure
+    efforts = [motion.state[:, -1] + effort_rest for motion in motions]
+    panels = [Panel(f"effort\n[{blending.effort.unit}]", efforts)]
+    for k, actuator in enumerate(blending.actuators):
+        label = f"{actuator.name}\n[{actuator.variable.unit}]"
+        panels.append(Panel(label, [motion.acting[:, k] for motion in motions]))
+
+    def shade(axes: Axes, k: int) -> None:
+        if k == 0:
+            axes.axhspan(-e, e, color=SHADE, zorder=0)
+
+    without_value = [replace(motion, value=np.zeros(0)) for motion in motions]
+    return motions_figure(without_value, panels, shade, height=5 / 3)
 
 
 # Starts around the set of two states, and of more.
@@ -179,12 +181,11 @@ AROUND, AROUND_MANY = 12, 4
 MOST_LINES = 6
 
 
-@dataclass(frozen=True, slots=True)
-class Drawn:
+class Drawn(NamedTuple):
     """Figures with captions, and file name -> CSV of the numbers that they show."""
 
     captioned_figures: tuple[CaptionedFigure, ...]
-    data: Mapping[str, str] = field(default_factory=dict)
+    data: Mapping[str, str] = MappingProxyType({})
 
 
 def captioned_weights_figure(loop: PlantLoop) -> Drawn:

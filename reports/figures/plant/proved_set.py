@@ -11,13 +11,13 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.plant.plant import file_unit
 from takagi.reports.figures.style import COLOURS, GREY, WIDTH, house_style, new_figure
+from takagi.reports.loops.plant_loop import PlantLoop, PolynomialRegion
+from takagi.reports.loops.plant_motion import PlantMotion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.reports.loops.plant_loop import PlantLoop, PolynomialRegion
-    from takagi.reports.loops.plant_motion import PlantMotion
 
 MOST_STATES = 6
 BESIDE = 1.15  # of the set's half-width: how far an axis reaches without a box near by

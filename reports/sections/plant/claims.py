@@ -8,21 +8,24 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.requests.tracking import jump_shares
+from takagi.models.arrays import Floats
 from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_file_units
+from takagi.models.tracking import signals_of
 from takagi.reports.figures.plant.proved_set import MOST_STATES, pairs, set_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 from takagi.reports.loops.plant_claims import SETTLED, half_widths, overshoots, settling_time
 from takagi.reports.loops.plant_local import regulator
-from takagi.reports.loops.plant_loop import embedded
+from takagi.reports.loops.plant_loop import PlantLoop, embedded
 from takagi.reports.page.text import (
     DASH,
-    ClaimRow,
     Section,
     at_least,
     at_most,
@@ -39,14 +42,13 @@ from takagi.reports.sections.plant.summary import (
     start_words,
 )
 
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.arrays import Floats
-    from takagi.reports.loops.plant_loop import PlantLoop
 
+def claim_rows(design: PlantDesign, loop: PlantLoop) -> list[dict[str, str]]:
+    """Return the claims in the order of the certificate, as a reader needs them.
 
-def claim_rows(design: PlantDesign, loop: PlantLoop) -> list[ClaimRow]:
-    """Return the claims in the order of the certificate."""
+    ``number`` is the bound that is proved, for another verdict the reason; ``text`` the checker's
+    own words, which the page folds.
+    """
     stated: list[Mapping[str, Any]] = list(design.document.get("claims", []))
     stated += [{}] * (len(design.checked.claims) - len(stated))
     return [
@@ -55,7 +57,9 @@ def claim_rows(design: PlantDesign, loop: PlantLoop) -> list[ClaimRow]:
     ]
 
 
-def _row(design: PlantDesign, loop: PlantLoop, claim: Mapping[str, Any], result: Claim) -> ClaimRow:
+def _row(
+    design: PlantDesign, loop: PlantLoop, claim: Mapping[str, Any], result: Claim
+) -> dict[str, str]:
     kind = str(claim.get("kind", ""))
     words = KINDS_IN_WORDS.get(kind)
     name, why = (words.name, words.why) if words else (result.name, "")
@@ -67,10 +71,10 @@ def _row(design: PlantDesign, loop: PlantLoop, claim: Mapping[str, Any], result:
         number = "; ".join(_numbers(design, loop, kind, claim)) or otherwise
     if bounds and kind in SETS:
         name = f"{name} under disturbance"
-    assumes = "; ".join(assumptions(loop, claim))
-    return ClaimRow(
-        name, result.verdict.name, number, assumes, why, f"{result.name}: {result.text}"
-    )
+    assumes, text = "; ".join(assumptions(loop, claim)), f"{result.name}: {result.text}"
+    verdict = result.verdict.name
+    return {"name": name, "verdict": verdict, "number": number, "assumes": assumes, "why": why,
+            "text": text}  # fmt: skip
 
 
 def _numbers(
@@ -125,9 +129,6 @@ def _limits(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
 
 
 def _jumps(design: PlantDesign, claim: Mapping[str, Any]) -> list[str]:
-    from takagi.certificates.requests.tracking import jump_shares
-    from takagi.models.tracking import signals_of
-
     signals = {variable.name: variable for variable in design.plant.disturbances}
     phrases = []
     for reference, share in zip(

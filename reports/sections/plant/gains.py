@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.models.blending.blending import Actuator, Blending, RunTimeBlending
 from takagi.models.equations.derivation_step import Step
+from takagi.models.plant.plant import Plant, Variable
+from takagi.models.ts.model import TSModel
 from takagi.reports.figures.plant.captioned import Drawn, hand_over_figure
 from takagi.reports.figures.style import captioned_figure
-from takagi.reports.loops.plant_motion import horizon, motions, starts
+from takagi.reports.loops.plant_loop import ObservedMotion, PlantLoop
+from takagi.reports.loops.plant_motion import PlantMotion, horizon, motions, starts
 from takagi.reports.page.assembly import premise_table
 from takagi.reports.page.mathml import mathml, readable, shortens
 from takagi.reports.page.text import (
@@ -23,14 +28,6 @@ from takagi.reports.page.text import (
     unit_of,
 )
 from takagi.reports.sections.plant.summary import gain_spans
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.blending.blending import Actuator, Blending, RunTimeBlending
-    from takagi.models.plant.plant import Plant, Variable
-    from takagi.models.ts.model import TSModel
-    from takagi.reports.loops.plant_loop import ObservedMotion, PlantLoop
-    from takagi.reports.loops.plant_motion import PlantMotion
 
 FOLDED = 4
 OBSERVED_LAW = (

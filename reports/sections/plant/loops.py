@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.plant.plant import file_unit
 from takagi.reports.figures.loops import equilibrium_poles
 from takagi.reports.figures.plant.captioned import Drawn, captioned_bode_figures
@@ -17,15 +17,12 @@ from takagi.reports.loops.plant_local import (
     regulator,
     rest_loops,
 )
+from takagi.reports.loops.plant_loop import PlantLoop
 from takagi.reports.loops.plant_motion import PlantMotion, settling_time
 from takagi.reports.page.assembly import margin_table
 from takagi.reports.page.text import Section, behind, complex_words, name_of, significant
 from takagi.reports.sections.plant.summary import least_margins
 from takagi.reports.simulation.plant_words import cuts_by_command
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.reports.loops.plant_loop import PlantLoop
 
 FOLDED = 8
 
@@ -133,27 +130,27 @@ def motion_section(
     regulator_motions : the motions from the same starts under a linear-quadratic regulator.
     """
     poles = (", ".join(complex_words(values)) for values in equilibrium_poles(loop))
+    times = [settling_time(motion) for motion in simulated]
     return Section(
         "responses",
         "Motions of the nonlinear plant",
         {
             "figures": list(drawn.captioned_figures),
             "jumps": list(jumped.captioned_figures),
-            "slowest": _slowest(simulated),
+            "slowest": f"{significant(max(times))} s" if times and np.isfinite(times).all() else "",
             "poles": list(poles),
             "discrete": loop.discrete,
             "compared": _beside_motions(loop, simulated, regulator_motions),
             "lost": [motion.name for motion in (*simulated, *jumps) if not motion.whole],
-            "rising": [motion.name for motion in simulated if _rises(motion)],
+            "rising": [
+                motion.name
+                for motion in simulated
+                if np.any(np.diff(motion.value) > SLACK * motion.value[:1])
+            ],
             "cut": cut_words(loop, [*simulated, *jumps]),
             "law": loop.gains is not None,
         },
     )
-
-
-def _slowest(simulated: Sequence[PlantMotion]) -> str:
-    times = [settling_time(motion) for motion in simulated]
-    return f"{significant(max(times))} s" if times and np.all(np.isfinite(times)) else ""
 
 
 def _beside_motions(
@@ -189,10 +186,3 @@ def cut_words(loop: PlantLoop, simulated: Sequence[PlantMotion]) -> list[str]:
                     f"({motion.name})"
                 )
     return phrases
-
-
-def _rises(motion: PlantMotion) -> bool:
-    """Return whether V grows by more than the integration's tolerance explains."""
-    if motion.value.size < 2:
-        return False
-    return bool(np.any(np.diff(motion.value) > SLACK * motion.value[0]))

@@ -4,15 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.reports.page.assembly import ReportFiles, report_files
-from takagi.reports.page.text import CaptionedFigure, Section, Tile, at_least
-from takagi.reports.sections.plant.summary import ALL_OF_RANGE, answer_sentence, summary_rows
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.reports.figures.plant.captioned import (
+    captioned_jumps_figure,
+    captioned_motion_figures,
+    captioned_picture,
+    captioned_weights_figure,
+)
+from takagi.reports.loops.plant_local import local_loops, regulator, regulator_loop
+from takagi.reports.loops.plant_loop import plant_loop
+from takagi.reports.loops.plant_motion import motions, starts
+from takagi.reports.page.assembly import (
+    ReportFiles,
+    check_section,
+    provenance_section,
+    report_files,
+)
+from takagi.reports.page.text import CaptionedFigure, Section, at_least
+from takagi.reports.sections.plant.claims import certificate_section, set_section
+from takagi.reports.sections.plant.gains import (
+    blend_section,
+    derivation_section,
+    gains_section,
+    plant_section,
+)
+from takagi.reports.sections.plant.loops import loops_section, motion_section
+from takagi.reports.sections.plant.summary import (
+    ALL_OF_RANGE,
+    SummaryRow,
+    answer_sentence,
+    summary_rows,
+)
+from takagi.reports.simulation.plant import jump_motions
 
 Tell = Callable[[str], None]
 
@@ -45,26 +70,6 @@ def plant_report_files(design: PlantDesign, *, tell: Tell | None = None) -> Repo
 
 
 def _sections(design: PlantDesign, say: Tell) -> tuple[list[Section], dict[str, str]]:
-    from takagi.reports.figures.plant.captioned import (
-        captioned_jumps_figure,
-        captioned_motion_figures,
-        captioned_picture,
-        captioned_weights_figure,
-    )
-    from takagi.reports.loops.plant_local import local_loops, regulator, regulator_loop
-    from takagi.reports.loops.plant_loop import plant_loop
-    from takagi.reports.loops.plant_motion import motions, starts
-    from takagi.reports.page.assembly import check_section, provenance_section
-    from takagi.reports.sections.plant.claims import certificate_section, set_section
-    from takagi.reports.sections.plant.gains import (
-        blend_section,
-        derivation_section,
-        gains_section,
-        plant_section,
-    )
-    from takagi.reports.sections.plant.loops import loops_section, motion_section
-    from takagi.reports.simulation.plant import jump_motions
-
     loop = plant_loop(design)
     say("report: margins")
     loops = local_loops(loop)
@@ -81,7 +86,7 @@ def _sections(design: PlantDesign, say: Tell) -> tuple[list[Section], dict[str, 
     # Of one state there is no plane: its responses are the picture.
     pictured = [*picture.captioned_figures, *drawn_motions.captioned_figures]
     if not picture.captioned_figures:
-        drawn_motions = replace(drawn_motions, captioned_figures=())
+        drawn_motions = drawn_motions._replace(captioned_figures=())
     sections = [verdict_section(design, pictured[0])]
     if loop.gains is not None:
         sections.append(gains_section(design, loop))
@@ -125,13 +130,12 @@ def verdict_section(design: PlantDesign, picture: CaptionedFigure | None) -> Sec
         row = rows.get(name)
         if row is None:
             ranged = any(state in design.model.box for state in design.model.states)
-            tiles.append(Tile(name, (absent,), partial=ranged and name == "safe start"))
+            tiles.append(SummaryRow(name, (absent,), partial=ranged and name == "safe start"))
         else:
-            basis = row.basis or "proved"
             parts = row.parts
             if name == "safe start" and "polynomial" in rows:
                 parts = (*parts, f"by a polynomial: {rows['polynomial'].parts[0]}")
-            tiles.append(Tile(name, parts, basis, row.regulator, row.partial, row.shortfall))
+            tiles.append(replace(row, parts=parts, basis=row.basis or "proved"))
     content = {
         "verdict": design.checked.verdict.name,
         "sentence": answer_sentence(design),

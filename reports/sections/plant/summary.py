@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.design.plant.plain_words import turning_effects
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.plant.plant import file_unit, rate_in_file_units, time_in_file_units
 from takagi.reports.loops.plant_claims import (
     SETTLED,
@@ -41,12 +43,6 @@ from takagi.reports.page.text import (
     significant,
     unit_of,
 )
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.reports.loops.plant_loop import PlantLoop
 
 # A deviation above this share of a variable's range counts as all of it.
 ALL_OF_RANGE = 0.995

@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.design.turbine.result import ClaimSummary
+from takagi.certificates.design.turbine.result import ClaimSummary, TurbineDesign
+from takagi.lmi.turbine.regional import RegionGains
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.laws.published.regional_schedule import CouplingFilter, coupling_filter
 from takagi.models.ramps import effort_ramp, effort_ramp_slope
+from takagi.models.ts.model import TSModel
 from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
 from takagi.reports.figures.operation import (
     cells_figure,
@@ -39,15 +42,11 @@ from takagi.reports.page.text import (
     upper_bound,
     with_decimals,
 )
+from takagi.reports.simulation.measured_loop import DesignRun
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.lmi.turbine.regional import RegionGains
-    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-    from takagi.models.ts.model import TSModel
-    from takagi.reports.simulation.measured_loop import DesignRun
 
 RPM, DEGREES = 30 / np.pi, 180 / np.pi
 GRID = (90, 90)
@@ -57,7 +56,8 @@ LARGEST_SHOWN_PITCH = np.radians(30)
 def model_section(design: TurbineDesign) -> Section:
     """Return the section about the plant."""
     turbine = design.turbine
-    points = trim_curve(design)
+    points, starts = trim_curve(design), region_starts(design)
+    figures = ((key, f"{f.value:.10g}", f.unit, f.source) for key, f in turbine.figures.items())
     return Section(
         "model",
         "The turbine",
@@ -65,18 +65,12 @@ def model_section(design: TurbineDesign) -> Section:
             "turbine": turbine,
             "inertia": f"{turbine.inertia:,.0f}".replace(",", "\u202f"),
             "frequency": float(np.sqrt(turbine.tower_stiffness / turbine.tower_mass) / 2 / np.pi),
-            "starts": {k: with_decimals(v, 2) for k, v in region_starts(design).items()},
-            "figures_table": _figures(design),
+            "starts": {k: with_decimals(v, 2) for k, v in starts.items()},
+            "figures_table": table("figures", figures),
             "surface": _surface(design, points),
-            "curves": _curves(design, points),
+            "curves": captioned_figure(trim_figure(design, points, starts), "trim"),
         },
     )
-
-
-def _figures(design: TurbineDesign) -> Table:
-    figures = design.turbine.figures
-    rows = ((key, f"{f.value:.10g}", f.unit, f.source) for key, f in figures.items())
-    return table("figures", rows)
 
 
 def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedFigure:
@@ -94,10 +88,6 @@ def _surface(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedF
         "surface",
         band=" and the band in pitch on which the full-load model is exact" if band else "",
     )
-
-
-def _curves(design: TurbineDesign, points: tuple[TrimPoint, ...]) -> CaptionedFigure:
-    return captioned_figure(trim_figure(design, points, region_starts(design)), "trim")
 
 
 def region_starts(design: TurbineDesign) -> dict[str, float]:

@@ -3,24 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.design.turbine.result import claim_summary
+from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
 from takagi.models.laws.protocol import law_words
 from takagi.reports.figures.operation import OverlapRow, overlaps_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.kinds_in_words import KINDS_IN_WORDS
 from takagi.reports.loops.plant_claims import OverlapClaim, overlap_claims, wind_words
-from takagi.reports.page.assembly import ReportFiles, report_files
-from takagi.reports.page.text import CaptionedFigure, ClaimRow, Section, Tile
-from takagi.reports.sections.turbine.model import gust_figure
+from takagi.reports.page.assembly import (
+    ReportFiles,
+    check_section,
+    provenance_section,
+    report_files,
+)
+from takagi.reports.page.text import CaptionedFigure, Section
+from takagi.reports.sections.plant.summary import SummaryRow
+from takagi.reports.sections.turbine.model import (
+    blending_section,
+    cells_section,
+    gains_section,
+    gust_figure,
+    model_section,
+    observer_section,
+    regions_section,
+)
+from takagi.reports.sections.turbine.running import responses_section, running_section
 from takagi.reports.sections.turbine.summary import summary_rows, summary_sentence
 from takagi.reports.simulation.measured_loop import in_wind_class, measured_loop
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.reports.sections.plant.summary import SummaryRow
 
 # Name of a tile -> the rows that it shows, each with so many of its parts.
 TILES = {
@@ -47,14 +58,14 @@ def verdict_section(design: TurbineDesign) -> Section:
         {
             "verdict": design.checked.verdict.name,
             "sentence": summary_sentence(design),
-            "tiles": [tile for tile in tiles if tile.figures],
+            "tiles": [tile for tile in tiles if tile.parts],
             "picture": _picture(design),
             "setpoint": design.settings.speed_setpoint,
         },
     )
 
 
-def _tile(name: str, rows: list[tuple[SummaryRow, int]]) -> Tile:
+def _tile(name: str, rows: list[tuple[SummaryRow, int]]) -> SummaryRow:
     phrases = [
         phrase if k == 0 else f"{row.name}: {phrase}"
         for k, (row, count) in enumerate(rows)
@@ -63,11 +74,11 @@ def _tile(name: str, rows: list[tuple[SummaryRow, int]]) -> Tile:
     amber = [row.shortfall for row, _ in rows if row.partial]
     basis = dict.fromkeys(row.basis or "proved" for row, _ in rows)
     beside = [row.regulator for row, _ in rows if row.regulator]
-    return Tile(
+    return SummaryRow(
         name,
         tuple(phrases),
-        ", ".join(basis),
-        ", ".join(beside),
+        regulator=", ".join(beside),
+        basis=", ".join(basis),
         partial=bool(amber),
         shortfall=", ".join(amber),
     )
@@ -107,7 +118,7 @@ def claims_section(design: TurbineDesign) -> Section:
     return Section("claims", "What is proved", content)
 
 
-def _claim_rows(design: TurbineDesign) -> list[ClaimRow]:
+def _claim_rows(design: TurbineDesign) -> list[dict[str, str]]:
     """Return one row for each claim, with the figures that follow from it."""
     figures: dict[str, list[str]] = {}
     for row in summary_rows(design):
@@ -121,14 +132,14 @@ def _claim_rows(design: TurbineDesign) -> list[ClaimRow]:
         figure_text = "; ".join(figures.get(checked.name, [])) or "see the checker's words"
         overlap = overlaps.get(checked.name)
         rows.append(
-            ClaimRow(
-                name=words.name if overlap is None else f"{words.name}, overlaps {overlap.label}",
-                verdict=checked.verdict.name,
-                number=figure_text if proved or (overlap and overlap.proved) else checked.text,
-                assumes=_assumed(checked, design.checked.claims[0]),
-                why=words.why,
-                text=f"{checked.name}: {checked.text}",
-            )
+            {
+                "name": words.name + (f", overlaps {overlap.label}" if overlap else ""),
+                "verdict": checked.verdict.name,
+                "number": figure_text if proved or (overlap and overlap.proved) else checked.text,
+                "assumes": _assumed(checked, design.checked.claims[0]),
+                "why": words.why,
+                "text": f"{checked.name}: {checked.text}",
+            }
         )
     return rows
 
@@ -192,18 +203,6 @@ def report_html(design: TurbineDesign, *, tell: Tell | None = None) -> ReportFil
 
 
 def _makers(design: TurbineDesign) -> dict[str, Callable[[], Section]]:
-    from takagi.certificates.design.turbine.result import claim_summary
-    from takagi.reports.page.assembly import check_section, provenance_section
-    from takagi.reports.sections.turbine.model import (
-        blending_section,
-        cells_section,
-        gains_section,
-        model_section,
-        observer_section,
-        regions_section,
-    )
-    from takagi.reports.sections.turbine.running import responses_section, running_section
-
     summary = claim_summary(design)
     # The law's own models and gains alone: regions and their filter belong to Schulte's law.
     of_law = {

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.arrays import Floats
 from takagi.models.laws.protocol import law_words
 from takagi.models.simulation.turbine_plant import validation_plant
@@ -46,7 +47,6 @@ from takagi.reports.simulation.measured_loop import TURBULENT_DURATION, DesignRu
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from takagi.certificates.design.turbine.result import TurbineDesign
 
 LOOPS = ("torque", "pitch")
 BODE_LINES = 6
@@ -202,18 +202,14 @@ def _cells(row: RunningMargins, loop: str, plants: Sequence[RunningMargins]) -> 
         loop,
         significant(every[0].crossover),
         _with_least([20 * np.log10(m.gain_increase) for m in every], 1),
-        _with_least([_fall(m) for m in every], 1),
+        _with_least(
+            [-20 * np.log10(m.gain_decrease) if m.gain_decrease else np.inf for m in every], 1
+        ),  # fmt: skip
         _with_least([float(np.degrees(m.phase)) for m in every], 0),
         _with_least([m.delay for m in every], 3),
         _with_least([m.disk.alpha for m in every], 2),
         _with_least([row.both.alpha, *(plant.both.alpha for plant in plants)], 2),
     )
-
-
-def _fall(margins: Margins) -> float:
-    """Return by how many dB the gain may fall; inf where it may fall to 0."""
-    decrease = margins.gain_decrease
-    return float(-20 * np.log10(decrease)) if decrease > 0 else float("inf")
 
 
 def _with_least(values: Sequence[float], digits: int) -> str:

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import degrees, inf, isnan, log10, pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.claims.turbine.published import gaps
-from takagi.certificates.design.turbine.result import claim_summary
+from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.reports.loops.plant_claims import (
     SETTLED,
@@ -22,15 +22,11 @@ from takagi.reports.loops.plant_claims import (
     span_words,
     wind_words,
 )
+from takagi.reports.margins.margins import Margins
+from takagi.reports.margins.running_over_wind import RunningMargins
 from takagi.reports.page.text import at_least, at_most
 from takagi.reports.sections.plant.summary import NORM, Number, SummaryRow
-from takagi.reports.simulation.measured_loop import measured_loop
-
-if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.reports.margins.margins import Margins
-    from takagi.reports.margins.running_over_wind import RunningMargins
-    from takagi.reports.simulation.measured_loop import DesignRun
+from takagi.reports.simulation.measured_loop import DesignRun, measured_loop
 
 RPM = 30 / pi
 # From this difference on an overspeed is called worse [% of rated].

@@ -16,16 +16,14 @@ from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.models.blending.substitution import blended_model
 from takagi.models.ramps import effort_ramp
 from tests.certificates.blend.test_effort_blend import design, draughty
-from tests.certificates.kinds.claims import resealed
+from tests.certificates.kinds.claims import Data, resealed
 from tests.models.blending.plants import plant_of
 from tests.models.library_plants import library_model
 
-Data = dict[str, Any]
 ABOUT = ("sector-embedding", "effort-blend", "bumpless")
 
 
 def changed(change: Callable[[Data], None], kinds: tuple[str, ...] = ABOUT) -> Data:
-    """The certificate of the room with these claims alone, changed and sealed again."""
     found = copy.deepcopy(dict(design().document))
     found["claims"] = [c for c in found["claims"] if c["kind"] in kinds]
     change(found)
@@ -33,7 +31,6 @@ def changed(change: Callable[[Data], None], kinds: tuple[str, ...] = ABOUT) -> D
 
 
 def claim_of(document: Data) -> Data:
-    """Return the claim about the hand-over."""
     return next(dict(c) for c in document["claims"] if c["kind"] == "bumpless")
 
 

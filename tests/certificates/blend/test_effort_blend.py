@@ -6,10 +6,9 @@ import copy
 import json
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 import pytest
@@ -28,10 +27,9 @@ from takagi.models.plant_simulation.runs import COMPLETE, ExperimentRun, run
 from takagi.reports.gains_file.envelope import plant_gain_file
 from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
 from takagi.reports.loops.plant_motion import Outside, experiment_of
-from tests.certificates.kinds.claims import resealed, verdicts
+from tests.certificates.kinds.claims import Data, resealed, verdicts
 from tests.models.blending.plants import ROOM, plant_of
 
-Data = dict[str, Any]
 GAIN = [[4.0, 6.0]]
 # The claims about model and blend alone.
 BLEND = "effort-blend"
@@ -40,29 +38,16 @@ ABOUT = ("sector-embedding", BLEND)
 
 @cache
 def design() -> PlantDesign:
-    """The room under one gain for all rules."""
     with TemporaryDirectory() as folder:
         plant = plant_of(Path(folder))
     return certify_plant(plant, lambda model: np.array([GAIN] * len(model.A)), PlantSettings())
 
 
 def changed(change: Callable[[Data], None]) -> Data:
-    """The certificate with these claims alone, changed and sealed again."""
     found = copy.deepcopy(dict(design().document))
     found["claims"] = [c for c in found["claims"] if c["kind"] in ABOUT]
     change(found)
     return resealed(found)
-
-
-def blend(document: Data, **parts: Any) -> None:
-    """Change parts of the blend in model and law alike."""
-    for owner in (document["model"], document["gains"]):
-        for place, value in parts.items():
-            *path, last = place.split("__")
-            inner = owner["blending"]
-            for step in path:
-                inner = inner[step]
-            inner[last] = value
 
 
 def test_the_blend_is_proved() -> None:
@@ -194,6 +179,7 @@ OTHER_FILES = (
     "error = 0.1 -> error = 0.05",
     "heating = { range = [0, 3] } -> heating = { range = [0, 4] }",
     "heating = { range = [0, 3] } -> heating = {}",
+    "heating = { range = [0, 3] } -> heating = { range = [0, 3], rest = 0.1 }",
     "+ (2 + x)*heating -> + (2 + 2*x)*heating",
     "a = { value = 0.5 } -> a = { value = 0.6 }",
 )
@@ -203,20 +189,14 @@ OTHER_FILES = (
 def test_another_file_is_told_apart(change: str, tmp_path: Path) -> None:
     """By the numbers and equations of the file, not by its hash."""
     model = read_text(json.dumps(design().document["model"]), "model")
-    plant_of(tmp_path)
+    plant_of(tmp_path, a="direction = -1, -> direction = -1.0,")
     assert compare_plant(model, tmp_path / "room.toml") == ""
-    plant_of(tmp_path, a=change)
-    with pytest.raises(CertificateError, match="not the certificate's plant"):
+    (tmp_path / "room.toml").write_text(ROOM.replace(*change.split(" -> "), 1), encoding="utf-8")
+    words = (
+        "the rest of heating is 0.1 there" if "rest" in change else "not the certificate's plant"
+    )
+    with pytest.raises(CertificateError, match=words):
         compare_plant(model, tmp_path / "room.toml")
-
-
-def test_a_direction_is_compared_by_value(tmp_path: Path) -> None:
-    """-1.0 is -1, as for every number of a file."""
-    model = read_text(json.dumps(design().document["model"]), "model")
-    path = tmp_path / "room.toml"
-    path.write_text(ROOM.replace("direction = -1,", "direction = -1.0,"), encoding="utf-8")
-
-    assert compare_plant(model, path) == ""
 
 
 STRANGE = (
@@ -247,23 +227,6 @@ def test_a_strange_file_is_refused_without_a_traceback(change: str, tmp_path: Pa
 
     with pytest.raises(CertificateError):
         compare_plant(model, path)
-
-
-NOTHING: list[Any] = [None, True, "", [], {}, [[]], 1, -1, "1/0", "x"]
-ODD: list[Any] = [True, "", [], {}, [[]], [1], [None, 1], -1, "1/0", "effort"]
-
-
-@pytest.mark.slow
-def test_damaged_blends_are_refused_without_a_traceback() -> None:
-    """Each part of the blend put to strange values, in model and law alike."""
-    for part in ("effort", "rate", "share", "overlap", "low", "high", "equations"):
-        for value in NOTHING:
-            document = changed(partial(blend, **{part: value}))
-            assert verdicts(document)[-1] != "PROVED"
-    for part in ("input", "unit", "direction", "effectiveness", "idle", "range"):
-        for odd in ODD:
-            document = changed(partial(blend, **{f"low__{part}": odd}))
-            verdicts(document)  # another word for a unit may still be proved
 
 
 GAINS = [[40.0, 20.0]]
@@ -316,17 +279,6 @@ def test_beyond_it_decay_is_refuted_and_a_motion_leaves(tmp_path: Path) -> None:
     assert abs(motion.state[-1, 0]) > 1.0  # outside the box
     sure = with_error(loop, 0.0, start, 60.0)
     assert abs(sure.state[-1, 0]) < 1e-3
-
-
-def test_a_file_whose_actuator_idles_elsewhere_is_told_apart(tmp_path: Path) -> None:
-    """The equations as written are the same; what the law commands is not."""
-    model = read_text(json.dumps(design().document["model"]), "model")
-    path = tmp_path / "room.toml"
-    old, new = "heating = { range = [0, 3] }", "heating = { range = [0, 3], rest = 0.1 }"
-    path.write_text(ROOM.replace(old, new), encoding="utf-8")
-
-    with pytest.raises(CertificateError, match="the rest of heating is 0.1 there"):
-        compare_plant(model, path)
 
 
 def test_a_file_with_an_error_that_the_certificate_leaves_out_is_told_apart(tmp_path: Path) -> None:

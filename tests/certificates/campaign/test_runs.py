@@ -34,8 +34,6 @@ Run = Callable[..., Campaign]
 
 @pytest.fixture
 def campaign(built: Any, tmp_path: Path) -> Run:
-    """Run a campaign on the certificate, its claim changed."""
-
     def run(change: Any = None, beyond: str | None = None, **numbers: Any) -> Campaign:
         document = deepcopy(built.document)
         if change is not None:
@@ -73,8 +71,6 @@ def test_a_run_is_the_same_whatever_is_beside_it(campaign: Run) -> None:
 
 
 def smaller(peak: str, share: float = 0.95) -> Any:
-    """Return a change of a claim: a peak is this share of what is stated."""
-
     def change(claim: dict[str, Any]) -> None:
         claim["peaks"][peak] *= share
 
@@ -149,8 +145,6 @@ COUNT = 150
 
 @dataclass
 class Scene:
-    """A state of the loop, its cell and schedule wind, inputs, and nominal over true inertia."""
-
     k: int
     wind: float
     u: tuple[float, float, float, float]
@@ -160,7 +154,6 @@ class Scene:
 
 @pytest.fixture(scope="module")
 def loop(built: Any) -> CertifiedLoop:
-    """The certified loop as numbers."""
     return certified_loop(built.document)
 
 

@@ -17,7 +17,6 @@ lines: Any = import_module("checker_lines")
 
 
 def module_of(text: str, tmp_path: Path) -> Path:
-    """Return a module of the kernel with this text."""
     (tmp_path / "kernel").mkdir(exist_ok=True)
     module = tmp_path / "kernel" / "module.py"
     module.write_text(text, encoding="utf-8")
@@ -25,7 +24,6 @@ def module_of(text: str, tmp_path: Path) -> Path:
 
 
 def broken(text: str, tmp_path: Path) -> list[str]:
-    """Return every broken form of a module."""
     module = module_of(text, tmp_path)
     return [
         ast.unparse(changes.broken_tree(module, change.at)) for change in changes.changes_of(module)

@@ -30,13 +30,11 @@ BLENDS = 20_000
 
 
 def frontier() -> dict[str, float]:
-    """Return the largest b of each relaxation, as the figure has it."""
     with LADDER.open(encoding="utf-8", newline="") as file:
         return {row["relaxation"]: float(row["largest_b"]) for row in csv.DictReader(file)}
 
 
 def grid(model: TSModel) -> Floats:
-    """Return at least 20,000 weights h, (N, r), the rules alone among them."""
     if model.premises:
         side = np.linspace(0.0, 1.0, int(np.ceil(BLENDS ** (1 / len(model.rules[0])))))
         w = np.array(list(product(side, repeat=len(model.rules[0]))))
@@ -51,7 +49,6 @@ def grid(model: TSModel) -> Floats:
 
 
 def loops(model: TSModel, K: Floats) -> Floats:
-    """Return G(h) on the grid, (N, n, n)."""
     h = grid(model)
     A, B, gains = (np.tensordot(h, stack, axes=1) for stack in (model.A, model.B, K))
     return np.asarray(A - B @ gains)

@@ -29,7 +29,6 @@ def vertices(pairs: list[list[float]]) -> Floats:
 
 
 def claims(P: Rows) -> list[dict[str, Any]]:
-    """Return claims that are homogeneous in P."""
     named = {"name": "claim", "P": P}
     return [
         {**named, "kind": "decay", "decay_rate": 0.25},

@@ -14,18 +14,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.certificates.kinds.claims import Data
+
 campaign: Any = import_module("mutations")
 damage: Any = import_module("damage")
 judge: Any = import_module("turbine_judge")
 reading: Any = import_module("turbine_loop")
-Data = dict[str, Any]
 Change = Callable[[Data], None]
 LOOP, WIND_RATE, ACTUATORS, RUNNING = range(4)
 
 
 @pytest.fixture(autouse=True, scope="module")
 def _whole_campaign(reduced: bool) -> None:
-    """The judge is tried by itself; the reduced form runs the campaigns that it serves."""
     if reduced:
         pytest.skip("a minute: without TAKAGI_REDUCED")
 
@@ -38,7 +38,6 @@ def why(document: Data, change: Change) -> str:
 
 
 def why_alone(document: Data, change: Change, place: int) -> str:
-    """Return what the judge of one claim that rests on the loop says, which is quicker."""
     changed = deepcopy(document)
     change(changed)
     claim, loop = changed["claims"][place], reading.Loop(changed, changed["claims"][LOOP])
@@ -51,8 +50,6 @@ def times(value: Any, factor: float) -> Any:
 
 
 def every(key: str, factor: float, claim: int = LOOP) -> Change:
-    """Return what multiplies one number of every cell."""
-
     def change(document: Data) -> None:
         for cell in document["claims"][claim]["cells"]:
             cell[key] = times(cell[key], factor)
@@ -61,8 +58,6 @@ def every(key: str, factor: float, claim: int = LOOP) -> Change:
 
 
 def entry(*place: Any, factor: float) -> Change:
-    """Return what multiplies one number of the certificate."""
-
     def change(document: Data) -> None:
         owner: Any = document
         for key in place[:-1]:
@@ -73,8 +68,6 @@ def entry(*place: Any, factor: float) -> Change:
 
 
 def all_rates(key: str, factor: float) -> Change:
-    """Return what multiplies one table of every range of the wind-rate claim."""
-
     def change(document: Data) -> None:
         for one in document["claims"][WIND_RATE]["ranges"]:
             one[key] = [times(value, factor) for value in one[key]]
@@ -83,7 +76,6 @@ def all_rates(key: str, factor: float) -> Change:
 
 
 def estimate_error(factor: float) -> Change:
-    """Return what multiplies how well the wind has to be known in the range of full load."""
     return entry("claims", WIND_RATE, "ranges", 1, "estimate_error", factor=factor)
 
 
@@ -94,8 +86,6 @@ def slower_wind_and_faster_filter(document: Data) -> None:
 
 
 def narrowed(key: str, end: int) -> Change:
-    """Return what takes a quarter of a range away, in every cell, at one end."""
-
     def change(document: Data) -> None:
         for cell in document["claims"][0]["cells"]:
             mine, other = (Fraction(cell[key][i]) for i in (end, 1 - end))
@@ -231,7 +221,6 @@ def test_a_mutant_that_says_less_is_weaker_by_judgement(document: Data, tmp_path
 def test_a_proved_mutant_that_is_false_is_called_so(
     document: Data, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A checker that proves everything is found out."""
     monkeypatch.setattr(campaign, "said_of", lambda *_: campaign.Verdict.PROVED)
     path = tmp_path / "certificate.json"
     path.write_text(damage.text_of(document), encoding="utf-8")

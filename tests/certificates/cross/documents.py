@@ -8,15 +8,13 @@ from collections.abc import Iterator
 from copy import deepcopy
 from typing import Any
 
-from tests.certificates.kinds.claims import resealed
+from tests.certificates.kinds.claims import Data, resealed
 from tests.certificates.recorded.answers import kinds, recorded
 
-Data = dict[str, Any]
 SHOWN = {"PROVED", "DISPROVED"}
 
 
 def documents() -> dict[str, Data]:
-    """Return certificates that are proved or disproved, some of each kind."""
     found = {}
     for kind in kinds():
         true = [text for answer, text in recorded(kind) if {facts[0] for facts in answer} <= SHOWN]
@@ -29,7 +27,6 @@ STRANGE: list[Any] = [None, True, "", "1", [], {}, [[]], [1], {"a": 1}, -1, 0, 1
 
 
 def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield the path of every part."""
     if path:
         yield path
     if isinstance(value, (dict, list)):
@@ -38,7 +35,6 @@ def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 def damage(document: Data, path: tuple[Any, ...], rng: random.Random) -> None:
-    """Replace, remove or double the part at the path; numbers change by a factor."""
     place: Any = document
     for key in path[:-1]:
         place = place[key]
@@ -57,7 +53,6 @@ def damage(document: Data, path: tuple[Any, ...], rng: random.Random) -> None:
 
 
 def mutants(whole: list[Data], count: int, seed: int) -> Iterator[tuple[str, Data]]:
-    """Yield (what was changed, certificate) with hashes that fit what it now says."""
     rng = random.Random(seed)
     for _ in range(count):
         document = deepcopy(rng.choice(whole))

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates import Certificate, CertificateError, certify
+from takagi.certificates import Certificate, CertificateError, certify, check
 from takagi.certificates.cross_check import comparison
 from takagi.certificates.cross_check.comparison import (
+    FlintDecider,
     VerdictComparison,
     VerdictRow,
     cross_checked,
@@ -23,10 +24,8 @@ from takagi.cli.main import main
 from takagi.lmi import pdc
 from takagi.models import sector_model
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.kinds.claims import resealed
+from tests.certificates.kinds.claims import Data, resealed
 from tests.certificates.weights.cells import cubic
-
-Data = dict[str, Any]
 
 
 @pytest.fixture(scope="module")
@@ -174,3 +173,30 @@ def test_turbine_is_decided_twice(short: Data) -> None:
 
     short["claims"][0]["cells"][2]["decay_rate"] = 1.0
     assert verdicts_of(resealed(short)) == [("UNDECIDED", "UNDECIDED")]
+
+
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+PAGE = " ".join((DOCS / "cross-check.md").read_text(encoding="utf-8").split())
+STORED = DOCS / "figures" / "nrel5mw-certificate.json"
+
+
+@pytest.mark.slow
+def test_the_page_counts_what_is_decided_and_exported(tmp_path: Path) -> None:
+    """Matrices and numbers of the second decision; matrices of the Coq file, and its size."""
+    deciders: dict[int, FlintDecider] = {}
+    checked = check(STORED, decider_of=lambda k: deciders.setdefault(k, FlintDecider()))
+    out = tmp_path / "nrel5mw.v"
+    assert main(["export", str(STORED), "--coq", str(out)]) == 0
+
+    assert checked.verdict.name == "PROVED" and len(checked.claims) == 4
+    claims = json.loads(STORED.read_text(encoding="utf-8"))["claims"]
+    cells, running = (len(claims[place]["cells"]) for place in (0, 3))
+    matrices, numbers = (
+        sum(getattr(decider, name) for decider in deciders.values())
+        for name in ("matrices", "numbers")
+    )
+    of = f"{cells} wind cells and {running} of the running loop"
+    assert f"its four claims with {of}) has {matrices} matrices and {numbers} numbers" in PAGE
+    of = f"4 claims, all {cells} wind cells, and {running} of the running loop"
+    assert f"{of} | {matrices} | {out.stat().st_size / 1e6:.1f} MB |" in PAGE
+    assert not any(decider.left_open for decider in deciders.values())

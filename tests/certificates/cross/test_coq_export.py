@@ -16,11 +16,10 @@ from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError
 from takagi.certificates.coq.coq_export import CoqFile, coq_file, shorter, text_of
-from takagi.certificates.document.certificate_file import certificate_document, dumps
+from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.verbs.export import run as export_verb
-from tests.certificates.kinds.claims import model_data, resealed
+from tests.certificates.kinds.claims import Data, model_data, resealed, sealed
 
-Data = dict[str, Any]
 needs_coq = pytest.mark.skipif(shutil.which("coqc") is None, reason="coqc is not installed")
 
 
@@ -37,11 +36,10 @@ def small_certificate(decay_rate: float = 0.3) -> Data:
     decay = {"name": "any", "kind": "decay", "P": [[1, 0], [0, 1]], "decay_rate": decay_rate}
     ellipsoid: Data = {"name": "any", "kind": "invariant-ellipsoid", "P": [[1, 0], [0, 1]]}
     ellipsoid |= {"level": 1, "multiplier": 0.1}
-    return certificate_document(model=model, gains=None, claims=[decay, ellipsoid], provenance={})
+    return sealed(model, None, decay, ellipsoid)
 
 
 def exported(document: Data) -> CoqFile:
-    """Return the Coq file of a certificate in memory."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "certificate.json"
         path.write_text(dumps(document), encoding="utf-8")
@@ -53,7 +51,6 @@ def written(document: Data) -> str:
 
 
 def coqc(text: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Return what coqc says of a file."""
     (folder / "certificate.v").write_text(text, encoding="utf-8")
     return subprocess.run(
         ["coqc", "certificate.v"], cwd=folder, capture_output=True, text=True, check=False
@@ -169,7 +166,6 @@ def test_coq_does_not_believe_a_changed_matrix(change: str, tmp_path: Path) -> N
 
 
 def _first_matrix(text: str, matrix: str) -> str:
-    """Return the file with the first matrix of its first theorem replaced."""
     place = text.index("Theorem claim_1_strict_1")
     start = text.index('"\n', place) + 2
     return text[:start] + matrix + text[text.index(";", start) + 1 :]

@@ -10,35 +10,26 @@ from takagi.certificates import Checked, Claim
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
 from takagi.models import TSModel
-from tests.certificates.kinds.claims import as_read
+from tests.certificates.kinds.claims import as_read, sealed
 
 CLAIM = {"name": "the plant is its model", "kind": "sector-embedding"}
 
 
 def said_of(data: Any) -> Claim:
-    """Return the checker's word on a plant's data, without a file around it."""
     return embedding_outcome(as_read(data)).in_words()
 
 
 def embedding_outcome(model: Any, gains: Any = None, claim: Any = CLAIM) -> Outcome:
-    """Return the checker's outcome of a claim that a model contains its plant, as it is read."""
     return replay(claim, {"model": model, "gains": gains}, None, [], "claims[0]")
 
 
 def checked(model: TSModel) -> Checked:
-    """Return the verdict on a file with the claim of the embedding alone."""
-    return check_document(
-        certificate_document(
-            model=plant_data(model), gains=None, claims=[embedding_claim(model)], provenance={}
-        )
-    )
+    return check_document(sealed(plant_data(model), None, embedding_claim(model)))
 
 
 def changed(data: dict[str, Any], change: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
-    """Return a changed copy; a change that changes nothing is a mistake of the test."""
     copy = deepcopy(data)
     change(copy)
     assert copy != data

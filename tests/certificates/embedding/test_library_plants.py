@@ -18,12 +18,12 @@ from takagi.certificates import Verdict, certify
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.lmi import pdc
-from takagi.models import Interval, Output, Parameter, Plant, Variable, sector_model
+from takagi.models import Interval
 from takagi.models.files.library import built_in_kinds
 from takagi.models.ranges.expression_range import expression_range, expression_value
 from takagi.models.ts.premise import round_outward
 from tests.certificates.embedding.plants import checked, said_of
-from tests.certificates.kinds.claims import as_read
+from tests.certificates.kinds.claims import Data, as_read
 from tests.models.library_plants import library_model
 
 PLANTS = [name for name, kind in built_in_kinds().items() if kind == "plant"]
@@ -93,8 +93,6 @@ def test_a_law_with_other_weights_is_not_taken_for_one_with_the_models() -> None
     assert not read_model_loop(data, law).shared_weights
 
 
-Data = dict[str, Any]
-
 x, y, u, w, p = sp.symbols("x y u w p", real=True)
 P = sp.Rational(7, 3)
 # A term of an equation, the state that it is given to, and the premise that is left.
@@ -124,7 +122,6 @@ TOLERANCE = Fraction(1, 100)
 
 @cache
 def bounds_of(term: int, box: int) -> Interval:
-    """Return Arb's range of a premise, rounded outward."""
     return round_outward(expression_range(TERMS[term][2], BOXES[box], tolerance=TOLERANCE).outer)
 
 
@@ -207,24 +204,6 @@ def value_at(term: int, at: dict[sp.Symbol, float]) -> float:
 
 
 @settings(max_examples=20)
-@given(drawn=plants, number=st.integers(0, 7), upper=st.booleans())
-def test_a_bound_that_leaves_values_out_is_not_proved(drawn: Any, number: int, upper: bool) -> None:
-    """A bound moved inward by a twentieth of the range, five times what it may be too wide."""
-    data = data_of(drawn)
-    premises = data["embedding"]["premises"]
-    chosen = premises[number % len(premises)]
-    low, high = Fraction(chosen["lower"]), Fraction(chosen["upper"])
-    if upper:
-        chosen["upper"] = str(high - (high - low) / 20)
-    else:
-        chosen["lower"] = str(low + (high - low) / 20)
-    # The mass may be given a range that is wider than its values.
-    assume(chosen["name"] != "m")
-
-    assert said_of(data).verdict is Verdict.UNDECIDED
-
-
-@settings(max_examples=20)
 @given(drawn=plants, row=st.integers(0, 1), factor=st.sampled_from(["1.0000001", "-1", "0"]))
 def test_another_equation_is_not_proved(drawn: Any, row: int, factor: str) -> None:
     """One row of f times a factor, with all else as it was."""
@@ -234,44 +213,3 @@ def test_another_equation_is_not_proved(drawn: Any, row: int, factor: str) -> No
     data["equations"][row] = f"{factor}*({data['equations'][row]})"
 
     assert said_of(data).verdict is Verdict.UNDECIDED
-
-
-DERIVED = [
-    (sp.sin(x) + 2 * y, u / (2 + x**2) - sp.tanh(2 * y), None),
-    (x * sp.sqrt(4 + y) + w * sp.cos(x), u - y**3 / p, sp.diag(1, 2)),
-    (y, u - sp.sin(x) + w, sp.Matrix([[1, 0], [0, 2 + sp.cos(x)]])),
-]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", range(len(DERIVED)))
-@pytest.mark.parametrize("sample_time", [None, 0.5])
-def test_derived_plants_are_proved(number: int, sample_time: float | None) -> None:
-    """Two ways: derived in sympy and bounded by Arb, checked by the standard library."""
-    first, second, mass = DERIVED[number]
-    rest = Fraction(1, 2)
-    # About x = 1/2: the input holds the second row there, and the first is shifted to rest.
-    shift = first.subs({x: rest, y: 0, w: 0})
-    if sample_time is not None:
-        shift -= sp.Rational(1, 2)
-    model = sector_model(
-        Plant(
-            equations=(first - shift, second),
-            states=(
-                Variable(x, "m", Interval.of(-1, 2), rest),
-                Variable(y, "m/s", Interval.of(-1, 1)),
-            ),
-            inputs=(Variable(u, "N"),),
-            disturbances=(Variable(w, "-"),),
-            outputs=(Output("seen", x * sp.cos(x) + 1, "m"),),
-            parameters=(Parameter(p, Fraction(7, 3)),),
-            mass=mass,
-            sample_time=sample_time,
-            name="derived",
-        ),
-        rest="solve inputs",
-    )
-
-    found = said_of(plant_data(model))
-
-    assert found.verdict is Verdict.PROVED, found.text

@@ -55,7 +55,6 @@ place = { expression = "2*x", unit = "m" }
 
 
 def written(path: Path) -> Any:
-    """The certificate's plant of a file, as its reader returns it."""
     return read_text(json.dumps(plant_data(sector_model(_plant(path)))), "model")
 
 

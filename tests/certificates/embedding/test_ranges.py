@@ -106,12 +106,6 @@ def test_cubics_between_their_extremes(a: Fraction, b: Fraction, c: Fraction) ->
     assert said(low + size / 1000, high + size) is Verdict.UNDECIDED
 
 
-# ---------------------------------------------------------------------- tables
-
-
-X, V = sp.symbols("x v", real=True)
-
-
 # ---------------------------------------------------------------------- trim
 
 

@@ -34,13 +34,10 @@ def filed(folder: Path, text: str, name: str = "plant.toml") -> Path:
 
 
 def document(model: TSModel) -> dict[str, Any]:
-    """The model's embedding alone as a certificate, without gains."""
     return {"model": plant_data(model), "claim": embedding_claim(model)}
 
 
 def verdict(given: dict[str, Any]) -> tuple[Verdict, str]:
-    """What the checker's embedding claim says of a document."""
-
     read = read_text(json.dumps(given), "document")
     found = embedding_outcome(read["model"], claim=read["claim"]).in_words()
     return found.verdict, found.text
@@ -57,7 +54,6 @@ def documents(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, A
 
 @cache
 def design_at(path: Path) -> PlantDesign:
-    """The design of a plant file, made once."""
     found = design_plant(load_plant(path), files=PlantFile.of(path).files)
     assert isinstance(found, PlantDesign)
     return found
@@ -65,7 +61,6 @@ def design_at(path: Path) -> PlantDesign:
 
 @pytest.fixture(scope="module")
 def fan(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The fan's file, whose design two tests read."""
     return filed(tmp_path_factory.mktemp("fan"), FAN)
 
 
@@ -133,7 +128,6 @@ def test_secants_are_proved_about_the_same_rest(tmp_path: Path, name: str) -> No
 
 
 def moved(given: dict[str, Any], place: tuple[str, int], by: Fraction) -> dict[str, Any]:
-    """The document with one ball moved by a share of its value."""
     found = copy.deepcopy(given)
     rest = found["model"][place[0]][place[1]]["rest"]
     rest["value"] = str(Fraction(repr(rest["value"])) * (1 + by))

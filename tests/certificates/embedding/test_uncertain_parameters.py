@@ -22,11 +22,10 @@ from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import load_plant
 from takagi.reports.loops.plant_motion import uncertain_ends
 from takagi.reports.simulation.plant import simulate_plant
-from tests.certificates.kinds.claims import resealed, verdicts
+from tests.certificates.kinds.claims import Data, resealed, verdicts
 from tests.plant_files import written
 from tests.plant_rates import plant_rate
 
-Data = dict[str, Any]
 # theta'' = (g/l) sin(theta) + (1 + w) u / (m l^2): w is known to the law, m is not.
 ARM = """
 format = 1

@@ -18,13 +18,11 @@ from takagi.certificates.checker.files import gain_file
 from takagi.certificates.checker.files.replacements import require_premises
 from takagi.certificates.checker.kernel import reader, refusal
 from takagi.certificates.checker.kernel.refusal import OtherGains
-from takagi.certificates.document.certificate_file import certificate_document
-from tests.certificates.kinds.claims import Data, law_data, model_data, verdicts
+from tests.certificates.kinds.claims import Data, law_data, model_data, verdict_of
 from tests.certificates.recorded.inputs import of_model, read_law
 
 
 def steps_between(lower: str, upper: str) -> tuple[str, list[dict[str, Any]]]:
-    """Return the first premise's name, and the steps of a law whose premise has these bounds."""
     data = of_model("cart")
     law = data["gains"]
     first = {**law["premises"][0], "lower": reader.Number(lower), "upper": reader.Number(upper)}
@@ -73,7 +71,6 @@ LAW = law_data([[[1.5]], [[0.5]]], input_names=["u [-]"], trim={"state": [0], "i
 
 
 def steps(law: Data) -> list[str]:
-    """Return the formulas of the program of a law."""
     program = content.file_content(MODEL, law, {"name": "two rules"})["programs"][0]
     return [str(one["formula"]) for one in program["steps"]]
 
@@ -90,8 +87,7 @@ def test_gains_that_nothing_blends_have_no_program() -> None:
     A program without weights would command u = -1.5 x always, and x' = x/2 in rule 2.
     """
     claim = {"name": "d", "kind": "decay", "P": [[1]], "decay_rate": 0.4}
-    document = certificate_document(model=MODEL, gains=LAW, claims=[claim], provenance={})
-    assert verdicts(document) == ["PROVED"]
+    assert verdict_of(MODEL, LAW, claim) == "PROVED"
 
     with pytest.raises(CertificateError, match="no premises that say how they are blended"):
         steps(LAW)
@@ -109,17 +105,8 @@ def test_premises_of_one_name_have_no_program() -> None:
         steps(with_premises({}, {"upper": 2}))
 
 
-@pytest.mark.parametrize(("lower", "upper"), [(1, 1), (1, 1.0), ("1", "2/2")])
-def test_weight_of_a_constant_premise_is_no_quotient(lower: Any, upper: Any) -> None:
-    """(z - 1)/(1 - 1) is no number, however the two bounds are written."""
-    constant = {"name": "q", "lower": lower, "upper": upper}
-
-    assert steps(with_premises({}, constant))[-2] == "0"
-    assert steps(with_premises({}, constant | {"upper": 1.25}))[-2] != "0"
-
-
 PREMISES = [{"name": "z", "expression": "g*sin(x)/x", "lower": 0.42, "upper": 0.5, "unit": "-"}]
-SQUARE = {
+SQUARE: dict[str, Any] = {
     "kind": "plant",
     "name": "pendulum",
     "sample_time": None,
@@ -176,7 +163,7 @@ def require(*kinds: str, K: Any = (1, 2), **entry: Any) -> None:
         {},
         {"within": 0.01, "formula": "g - g*x^2/6 + g*x^4/120"},
         {"formula": "choose(x, g, g)"},
-        {"of": "2*x", "within": 0.2},
+        {"of": "-2*x", "within": 0.02},
     ],
 )
 def test_a_replacement_of_the_premise_passes(entry: dict[str, Any]) -> None:
@@ -227,17 +214,95 @@ def test_a_replacement_far_from_0_is_refused(within: float) -> None:
         "0", "g + 9e-8", "g - 9e-8", "g + x/10", "g - x/10", "g - g*x^2/6 + x^2*1000",
         # The premise at both ends of the interval, and at 0.
         "g - g*x^2/6 + 1e6*x^2*(x^2 - 1e-8)*1e6", "g - g*x^2/6 + 1e3*(1e-8 - x^2)",
+        # Two terms that are each small enough; one that is three times too large; one wrong side.
+        "g - g*x^2/6 + 5e-8 + 3.5e-4*x", "g - g*x^2/6 + 24*x^2", "choose(x, g/2, g)",
+        "choose(x, g, g/2)",
     ],
 )  # fmt: skip
 def test_another_value_is_refused(formula: str) -> None:
-    with pytest.raises(OtherGains, match="z.formula: it is not the premise near x = 0"):
-        require(formula=formula)
+    for of in ("x", "-x"):
+        with pytest.raises(OtherGains, match=rf"z.formula: it is not the premise near {of} = 0"):
+            require(formula=formula.replace("choose(x", f"choose({of}"), of=of)
+
+
+def test_the_distance_is_that_of_the_variable() -> None:
+    """g x^4/120 is 1e-8 at x = 0.04, and 1.7e-7 at 0.08: 8e-8 are allowed."""
+    require(of="x", within=0.04)
+    with pytest.raises(OtherGains, match="not the premise near"):
+        require(of="x/2", within=0.04)
+
+
+@pytest.mark.parametrize("of", ["x - 1/2", "x^2", "1/2"])
+def test_a_place_where_no_variable_and_no_sum_is_0_is_refused(of: str) -> None:
+    with pytest.raises(OtherGains, match="a sum of multiples of variables is needed"):
+        require(of=of, within=0.01)
 
 
 @pytest.mark.parametrize("formula", ["g + 7e-8", "g - 7e-8"])
 def test_a_millionth_of_the_range_is_allowed(formula: str) -> None:
     """The premise is from 0.42 to 0.5: 8e-8."""
     require(formula=formula)
+
+
+SEVERAL = [  # premise, its replacement, forgeries of that, and what is 0 where it is 0/0
+    (
+        "y*sin(x)/x",
+        "y - y*x^2/6",
+        ["y - y*x^2/5 + x*(y^2 - 1)*y/9", "y - y^3*x^2/6 + y^2 - y^4"],
+        "x",
+    ),
+    ("cos(y)*(1 - cos(x))/x^2", "cos(y)/2 - cos(y)*x^2/24", ["1/2 - y^2/4 - x^2/24"], "x"),
+    (
+        "sin(x)*sin(y)/(x*y)",
+        "(1 - x^2/6)*sin(y)/y",
+        ["(1 - x^2/5)*sin(y)/y", "(1 - x^2/6)*sin(y)/y + 5e-6"],
+        "x",
+    ),
+    ("y^2*sin(x + y)/(x + y)", "y^2 - y^2*(x + y)^2/6", ["y^2 - y^2*(x + y)/60"], "x + y"),
+    (
+        "sqrt(2 - y*abs(x)/x)",
+        "choose(x, sqrt(2 + y), sqrt(2 - y))",
+        [
+            "choose(x, sqrt(2 - y), sqrt(2 + y))",
+            "sqrt(2 + y)",
+            "choose(y, sqrt(2 + y), sqrt(2 - y))",
+        ],
+        "x",
+    ),
+    (
+        "abs(x)*exp(y)/x + y",
+        "choose(x, y - exp(y), exp(y) + y)",
+        ["choose(x, y - exp(y), exp(y) + y*(1 + x)^9)"],
+        "x",
+    ),
+]
+
+
+@pytest.mark.parametrize(("premise", "formula", "forged", "of"), SEVERAL)
+def test_a_replacement_of_several_variables_is_compared_everywhere(
+    premise: str, formula: str, forged: list[str], of: str
+) -> None:
+    """Some forgeries agree at the ends of both ranges, in their middles, or at x = 0."""
+    state = {**SQUARE["states"][0], "range": [-0.3, 0.3]}
+    states = [{**state, "name": name} for name in ("x", "y")]
+    premises = [{**PREMISES[0], "expression": premise, "lower": -2, "upper": 2}]
+    embedding = {"premises": premises, "A": [["z", "0"], ["0", "z"]], "B": [["1"], ["1"]]}
+    plant = {"states": states, "equations": ["u", "u"], "embedding": embedding}
+
+    def compare(written: str) -> None:
+        near = {"z": [{"of": of, "within": 0.01, "formula": written}]}
+        read = read_text(
+            json.dumps(
+                {"m": SQUARE | plant, "g": {"premises": premises}, "c": {"removable": near}}
+            ),
+            "",
+        )
+        require_premises(read["m"], read["g"], read["c"])
+
+    compare(formula)
+    for other in forged:
+        with pytest.raises((OtherGains, CertificateError), match=r"controller.removable.z.formula"):
+            compare(other)
 
 
 @pytest.mark.parametrize(("formula", "right"), [("1 - x^2/6", True), ("1.01 - x^2/6", False)])

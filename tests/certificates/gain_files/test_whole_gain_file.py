@@ -13,7 +13,6 @@ import pytest
 from takagi.certificates import TurbineDesign
 from takagi.certificates.checker import CertificateError, check, read_text
 from takagi.certificates.checker.files.gain_file import compare_gains, expected_file
-from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.refusal import OtherGains
 from takagi.certificates.controller.content import (
     bound,
@@ -31,6 +30,8 @@ from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine.loader import nrel5mw
 from takagi.reports.gains_file.envelope import dump_gains, gain_file
+from tests.certificates.kinds.claims import resealed
+from tests.plant_files import written
 
 Capture = pytest.CaptureFixture[str]
 Change = Callable[[dict[str, Any]], object]
@@ -58,11 +59,16 @@ def turbine() -> tuple[dict[str, Any], dict[str, Any]]:
     return bounded, gain_file_of(bounded)
 
 
+def read(path: Path) -> Any:
+    return json.loads(path.read_text("utf-8"))
+
+
+def kept(folder: Path, content: Any, name: str = "gains.json") -> Path:
+    return written(folder, content if isinstance(content, str) else json.dumps(content), name)
+
+
 def told(document: dict[str, Any], content: Any, folder: Path) -> str:
-    """Return what the checker says of a gain file beside a certificate without claims."""
-    path = folder / "gains.json"
-    path.write_text(content if isinstance(content, str) else json.dumps(content), "utf-8")
-    return compare_gains(read_text(json.dumps(document), "certificate"), path)
+    return compare_gains(read_text(json.dumps(document), "certificate"), kept(folder, content))
 
 
 TURBINE_CHANGES: dict[str, Change] = {
@@ -162,10 +168,9 @@ def test_a_changed_field_of_a_plant_has_status_one(
     place: str, tank: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     """`takagi check` refuses the pair with the field's name, and proves the honest one."""
-    content = json.loads((tank / "gains.json").read_text("utf-8"))
+    content = read(tank / "gains.json")
     PLANT_CHANGES[place](content)
-    changed = tmp_path / "changed.json"
-    changed.write_text(json.dumps(content), "utf-8")
+    changed = kept(tmp_path, content)
     report = tmp_path / "junit.xml"
 
     status = main(["check", str(tank / "c.json"), "--gains", str(changed), "--junit", str(report)])
@@ -175,15 +180,34 @@ def test_a_changed_field_of_a_plant_has_status_one(
     assert place in report.read_text("utf-8")
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        # A sign late in a formula: not two equal beginnings.
+        (lambda f: f["formulas"].update(
+            memberships=f["formulas"]["memberships"].replace("corner 1;", "corner 0;")
+        ), r"memberships is \.\.\..*corner 0; a premise.* there, \.\.\..*corner 1; a p"),
+        (lambda f: f["inputs"][0].update(rest=str(f["inputs"][0]["rest"])),
+         r'inputs\[0\].rest is "([0-9.]+)" there, \1 in'),
+    ],
+)  # fmt: skip
+def test_the_place_where_texts_differ_is_shown(
+    change: Change, words: str, tank: Path, tmp_path: Path
+) -> None:
+    content = read(tank / "gains.json")
+    change(content)
+
+    with pytest.raises(OtherGains, match=words):
+        check(tank / "c.json", gains=kept(tmp_path, content))
+
+
 def shuffled(value: Any) -> Any:
-    """Return the same content with its keys in the other order."""
     if isinstance(value, dict):
         return {key: shuffled(value[key]) for key in reversed(value)}
     return [shuffled(part) for part in value] if isinstance(value, list) else value
 
 
 def rewritten(text: str) -> Iterator[tuple[str, str]]:
-    """Yield the same content in other bytes."""
     content = json.loads(text)
     yield "order of keys", json.dumps(shuffled(content))
     yield "white space", json.dumps(content, indent=7)
@@ -228,10 +252,9 @@ def test_a_byte_order_mark_and_another_unit_are_refused(tank: Path, tmp_path: Pa
 
 def test_a_member_that_is_not_there_is_told(tank: Path, tmp_path: Path) -> None:
     """Status 1, unless it is allowed; a reader learns what was not compared."""
-    content = json.loads((tank / "gains.json").read_text("utf-8"))
-    path = tmp_path / "law.json"
+    content = read(tank / "gains.json")
     for left in ({"law": content["law"]}, {k: v for k, v in content.items() if k != "programs"}):
-        path.write_text(json.dumps(left), "utf-8")
+        path = kept(tmp_path, left)
 
         with pytest.raises(OtherGains, match="it does not say .*: of these nothing is compared"):
             check(tank / "c.json", gains=path)
@@ -244,38 +267,11 @@ def test_a_member_that_is_not_there_is_told(tank: Path, tmp_path: Path) -> None:
         assert named == sorted(content.keys() - left.keys())
 
 
-def test_of_long_texts_the_place_where_they_differ_is_shown(tank: Path, tmp_path: Path) -> None:
-    """A sign late in a formula: not two equal beginnings."""
-    content = json.loads((tank / "gains.json").read_text("utf-8"))
-    formula = content["formulas"]["memberships"]
-    content["formulas"]["memberships"] = formula.replace("corner 1;", "corner 0;")
-    path = tmp_path / "changed.json"
-    path.write_text(json.dumps(content), "utf-8")
-
-    with pytest.raises(OtherGains) as refused:
-        check(tank / "c.json", gains=path)
-
-    there, ours = str(refused.value).split("formulas.memberships is ")[1].split(" there, ", 1)
-    assert there != ours and "corner 0; a premise" in there and "corner 1; a premise" in ours
-    assert there.startswith("...") and ours.startswith("...")
-
-
-def test_a_text_and_a_number_of_the_same_letters_are_told_apart(tank: Path, tmp_path: Path) -> None:
-    content = json.loads((tank / "gains.json").read_text("utf-8"))
-    content["inputs"][0]["rest"] = str(content["inputs"][0]["rest"])
-    path = tmp_path / "changed.json"
-    path.write_text(json.dumps(content), "utf-8")
-
-    with pytest.raises(OtherGains, match=r'inputs\[0\].rest is "([0-9.]+)" there, \1 in'):
-        check(tank / "c.json", gains=path)
-
-
 def test_an_older_certificate_says_what_it_does_not_cover(tank: Path, tmp_path: Path) -> None:
     """Without ``controller`` the law alone is compared, and the rest is named."""
-    old = json.loads((tank / "c.json").read_text("utf-8"))
+    old = read(tank / "c.json")
     del old["controller"], old["provenance"]["sha256"]["controller"]
-    path = tmp_path / "old.json"
-    path.write_text(json.dumps(old), "utf-8")
+    path = kept(tmp_path, old)
 
     with pytest.raises(OtherGains, match="only its law is compared"):
         check(path, gains=tank / "gains.json")
@@ -287,15 +283,14 @@ def test_an_older_certificate_says_what_it_does_not_cover(tank: Path, tmp_path: 
 
 def test_a_damaged_controller_is_refused(tank: Path, tmp_path: Path) -> None:
     """Its hash is looked at first; with the hash made again, no file follows from it."""
-    document = json.loads((tank / "c.json").read_text("utf-8"))
-    path = tmp_path / "c.json"
+    document = read(tank / "c.json")
     wrong: list[Any] = [{"states": 5}, [], {"states": [], "inputs": [{}]}, {"removable": 3}]
     for controller in wrong:
         damaged = document | {"controller": controller}
-        path.write_text(json.dumps(damaged), "utf-8")
+        path = kept(tmp_path, damaged)
         with pytest.raises(CertificateError, match="hash differs"):
             check(path, gains=tank / "gains.json")
-        path.write_text(json.dumps(bound(document, controller)), "utf-8")
+        kept(tmp_path, bound(document, controller))
         with pytest.raises(CertificateError) as refused:
             check(path, gains=tank / "gains.json")
         assert "no gain file follows" in str(refused.value) or isinstance(refused.value, OtherGains)
@@ -303,8 +298,8 @@ def test_a_damaged_controller_is_refused(tank: Path, tmp_path: Path) -> None:
 
 def test_words_that_both_files_have_wrong_are_refused(tank: Path, tmp_path: Path) -> None:
     """The sign in ``command``, a range, a step of the program: the checker knows them itself."""
-    document = json.loads((tank / "c.json").read_text("utf-8"))
-    content = json.loads((tank / "gains.json").read_text("utf-8"))
+    document = read(tank / "c.json")
+    content = read(tank / "gains.json")
     forged = {
         "formulas": {**content["formulas"], "command": "u = u* + ..."},
         "inputs": [{**content["inputs"][0], "range": [0, 50]}],
@@ -313,10 +308,9 @@ def test_words_that_both_files_have_wrong_are_refused(tank: Path, tmp_path: Path
     }
     for key, value in forged.items():
         own = {**document["controller"], key: value}
-        (tmp_path / "c.json").write_text(json.dumps(bound(document, own)), "utf-8")
-        (tmp_path / "g.json").write_text(json.dumps({**content, key: value}), "utf-8")
+        certificate = kept(tmp_path, bound(document, own), "c.json")
         with pytest.raises(OtherGains, match=key):
-            check(tmp_path / "c.json", gains=tmp_path / "g.json")
+            check(certificate, gains=kept(tmp_path, {**content, key: value}))
 
 
 def certified(tank: Path, gains: Path, out: Path, *more: str) -> int:
@@ -331,35 +325,20 @@ def test_a_certificate_for_a_given_file_is_bound_to_it(
     """The pair is PROVED; what the file says of an older certificate does no harm."""
     out = tmp_path / "c.json"
 
-    assert certified(tank, tank / "gains.json", out) == 0
+    given = ("--choice=fewest-rules", "--solve-rest")
+    assert certified(tank, tank / "gains.json", out, *given) == 0
     assert "will refuse" not in capsys.readouterr().out
     assert main(["check", str(out), "--gains", str(tank / "gains.json")]) == 0
-
-
-@pytest.mark.parametrize(
-    "option",
-    ["--decay-rate=0.5", "--damping=0.5", "--input-limit=q=1", "--gain-bound=4", "--initial=h=1"],
-)
-def test_options_about_making_gains_are_refused_beside_them(
-    option: str, tank: Path, tmp_path: Path, capsys: Capture
-) -> None:
-    """As docs/cli.md says; those that say which model it is are taken."""
-    out = tmp_path / "c.json"
-
-    assert certified(tank, tank / "gains.json", out, option) == 2
-    assert "is about designing gains, but --gains gives them" in capsys.readouterr().err
-    assert certified(tank, tank / "gains.json", out, "--choice=fewest-rules", "--solve-rest") == 0
 
 
 def test_fields_that_are_not_the_plant_s_are_told_and_written_anew(
     tank: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     """A range of an input that is another: told, refused by check, right in --gains-out."""
-    content = json.loads((tank / "gains.json").read_text("utf-8"))
+    content = read(tank / "gains.json")
     content["inputs"][0]["range"] = [0, 50]
     content["formulas"]["command"] = "u = u* + ..."
-    gains, out, new = tmp_path / "wide.json", tmp_path / "c.json", tmp_path / "new.json"
-    gains.write_text(json.dumps(content), "utf-8")
+    gains, out, new = kept(tmp_path, content), tmp_path / "c.json", tmp_path / "new.json"
 
     assert certified(tank, gains, out) == 0
     said = capsys.readouterr().out
@@ -374,7 +353,6 @@ def test_fields_that_are_not_the_plant_s_are_told_and_written_anew(
 
 
 def earlier(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the file as version 1 had it."""
     kept = ("format", "name", "plant", "units", "law", "states", "inputs", "formulas", "notes")
     return {"version": 1, **{key: content[key] for key in kept}}
 
@@ -383,9 +361,8 @@ def test_a_file_of_an_earlier_version_is_certified_and_bound(
     tank: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     """Old files are read; a change afterwards is noticed; the check says what it rests on."""
-    content = earlier(json.loads((tank / "gains.json").read_text("utf-8")))
-    gains, out = tmp_path / "old.json", tmp_path / "c.json"
-    gains.write_text(json.dumps(content), "utf-8")
+    content = earlier(read(tank / "gains.json"))
+    gains, out = kept(tmp_path, content), tmp_path / "c.json"
 
     assert certified(tank, gains, out) == 0
     asked = ["check", str(out), "--gains", str(gains)]
@@ -395,7 +372,7 @@ def test_a_file_of_an_earlier_version_is_certified_and_bound(
     assert main([*asked, "--allow-old-gain-files"]) == 0
     assert "certificate's copy of it, not with model and law" in capsys.readouterr().out
     content["notes"].append("changed")
-    gains.write_text(json.dumps(content), "utf-8")
+    kept(tmp_path, content)
     assert main([*asked, "--allow-old-gain-files"]) == 1
     assert "notes is " in capsys.readouterr().err
 
@@ -405,16 +382,14 @@ def test_a_program_cannot_hide_behind_an_earlier_version(
     version: int, tank: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     """Contents with ``version`` are compared with themselves alone: that proves no program."""
-    document = json.loads((tank / "c.json").read_text(encoding="utf-8"))
-    content = json.loads((tank / "gains.json").read_text("utf-8"))
+    document = read(tank / "c.json")
+    content = read(tank / "gains.json")
     content["programs"][0]["steps"] = []
     own = {key: value for key, value in content.items() if key not in ("format", "law")}
     document["controller"] = {**own, "version": version}
-    gains, out = tmp_path / "forged.json", tmp_path / "c.json"
-    gains.write_text(json.dumps({**content, "version": version}), "utf-8")
-    read = read_text(json.dumps(document), "forged")
-    document["provenance"]["sha256"]["controller"] = reader.digest(read["controller"])
-    out.write_text(json.dumps(document), "utf-8")
+    gains = kept(tmp_path, {**content, "version": version})
+    document = resealed(document, "controller")
+    out = kept(tmp_path, document, "c.json")
 
     assert main(["check", str(out), "--gains", str(gains)]) == 2
     assert "an earlier gain file, 1 or 2, which has no programs" in capsys.readouterr().err
@@ -430,29 +405,24 @@ def test_a_program_cannot_hide_behind_an_earlier_version(
 def test_an_earlier_file_that_says_something_else_is_not_certified(
     change: Change, words: str, tank: Path, tmp_path: Path, capsys: Capture
 ) -> None:
-    content = earlier(json.loads((tank / "gains.json").read_text("utf-8")))
+    content = earlier(read(tank / "gains.json"))
     change(content)
-    gains, out = tmp_path / "old.json", tmp_path / "c.json"
-    gains.write_text(json.dumps(content), "utf-8")
+    gains, out = kept(tmp_path, content), tmp_path / "c.json"
 
     assert certified(tank, gains, out) == 2
     assert words in capsys.readouterr().err and not out.exists()
 
 
-def test_gains_out_needs_gains_and_a_place_of_its_own(
-    tank: Path, tmp_path: Path, capsys: Capture
-) -> None:
-    out = str(tmp_path / "c.json")
+def test_gains_out_needs_a_place_of_its_own(tank: Path, tmp_path: Path, capsys: Capture) -> None:
+    out = tmp_path / "c.json"
 
-    assert main(["certify", str(tank / "tank.toml"), "--out", out, "--gains-out", "g.json"]) == 2
-    assert "--gains-out writes the file of --gains anew" in capsys.readouterr().err
-    assert certified(tank, tank / "gains.json", tmp_path / "c.json", "--gains-out", out) == 2
+    assert certified(tank, tank / "gains.json", out, "--gains-out", str(out)) == 2
     assert "the same file" in capsys.readouterr().err
 
 
 def test_a_law_of_another_kind_of_model_has_no_file(tank: Path) -> None:
     """The program follows from the law's name: a plant's claims would stand beside another's."""
-    document = json.loads((tank / "c.json").read_text(encoding="utf-8"))
+    document = read(tank / "c.json")
     document["gains"]["name"] = "coherent"
     with pytest.raises(CertificateError, match="'coherent' is no law of this kind of model"):
         expected_file(read_text(json.dumps(document), "certificate"))

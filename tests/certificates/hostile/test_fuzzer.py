@@ -14,7 +14,6 @@ BENCHMARKS = Path(__file__).parents[3] / "benchmarks"
 
 
 def fuzzed(program: str, *options: str) -> subprocess.CompletedProcess[str]:
-    """Run a program beside the fuzzer, from its small seeds."""
     command = [sys.executable, "-c", program, "--small", *options]
     environment = os.environ | {"PYTHONPATH": str(BENCHMARKS)}
     return subprocess.run(command, capture_output=True, text=True, check=False, env=environment)

@@ -18,8 +18,8 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.files.given_files import compare_model
-from takagi.certificates.document.certificate_file import certificate_document, dumps
-from tests.certificates.kinds.claims import resealed
+from takagi.certificates.document.certificate_file import dumps
+from tests.certificates.kinds.claims import resealed, sealed
 from tests.certificates.recorded.inputs import of_model, texts_of
 
 Document = dict[str, Any]
@@ -30,7 +30,7 @@ def line(**claim: Any) -> Document:
     """Return a certificate of x' = -x, true unless ``claim`` says otherwise."""
     model = {"kind": "takagi-sugeno", "sample_time": None, "state_names": ["x"], "A": [[[-1]]]}
     own = {"name": "line", "kind": "decay", "decay_rate": 0.5, "P": [[1]], **claim}
-    return certificate_document(model=model, gains=None, claims=[own], provenance={})
+    return sealed(model, None, own)
 
 
 # Each file through the command line, in turn: status, standard output, standard error.
@@ -47,7 +47,6 @@ Outcome = tuple[int, str, str]
 
 
 def ran(program: str, files: list[Path]) -> list[str]:
-    """Return the lines that a program prints of the files, with so much memory and time."""
     command = [sys.executable, "-c", program, *map(str, files)]
     found = subprocess.run(
         command, capture_output=True, text=True, check=False, preexec_fn=bounded, timeout=SECONDS
@@ -57,7 +56,6 @@ def ran(program: str, files: list[Path]) -> list[str]:
 
 
 def checked(place: Path, *texts: str | bytes) -> list[Outcome]:
-    """Write the texts and check each of them."""
     files = [place / f"{k}.json" for k in range(len(texts))]
     for file, text in zip(files, texts, strict=True):
         file.write_bytes(text if isinstance(text, bytes) else text.encode())
@@ -65,12 +63,10 @@ def checked(place: Path, *texts: str | bytes) -> list[Outcome]:
 
 
 def bounded() -> None:
-    """Bound the memory of a process that is about to run."""
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
 def refused(found: Outcome) -> str:
-    """Return the one message of a refusal; fails on anything else."""
     status, out, err = found
     assert (status, out) == (2, ""), found
     assert err.startswith("Error: ") and err.count("\n") == 1
@@ -79,12 +75,10 @@ def refused(found: Outcome) -> str:
 
 
 def in_place_of_p(text: str) -> Callable[[], str]:
-    """Return a maker of the certificate with ``text`` where P stands."""
     return lambda: dumps(line()).replace('"P":[[1]]', f'"P":{text}')
 
 
-def sealed(document: Document) -> str:
-    """Return the text of a forged certificate: its hashes are those of what it says."""
+def forged(document: Document) -> str:
     return json.dumps(resealed(document))
 
 
@@ -98,7 +92,7 @@ def many_bits() -> str:
     model = {"kind": "takagi-sugeno", "sample_time": None, "state_names": names, "A": [A]}
     claim = {"name": "d", "kind": "decay", "decay_rate": 0, "P": P}
     document = {"format": "takagi-certificate", "version": 1, "model": model, "gains": None}
-    return sealed(document | {"claims": [claim]})
+    return forged(document | {"claims": [claim]})
 
 
 FILES: dict[str, tuple[Callable[[], str | bytes], str]] = {
@@ -188,7 +182,7 @@ def test_expressions_made_to_grow(tmp_path: Path) -> None:
     for member in ("equations", "premise", "entry"):
         for name, text in EXPRESSIONS.items():
             files.append(tmp_path / f"{member} {name}")
-            files[-1].write_text(sealed(plant_with(member, text)))
+            files[-1].write_text(forged(plant_with(member, text)))
 
     outcomes = ran(MANY, files)
 
@@ -197,7 +191,6 @@ def test_expressions_made_to_grow(tmp_path: Path) -> None:
 
 
 def plant_with(member: str, text: str) -> Document:
-    """Return a certificate of x' = -x with a text in the place of one expression."""
     premise = {"name": "z1", "expression": "x^2", "lower": 0, "upper": 1, "unit": "-"}
     model = {
         "kind": "plant",
@@ -223,7 +216,7 @@ def plant_with(member: str, text: str) -> Document:
 def test_the_plant_they_are_made_from_passes(tmp_path: Path) -> None:
     """What is refused above is refused for its expression."""
     file = tmp_path / "certificate.json"
-    file.write_text(sealed(plant_with("equations", "-x")))
+    file.write_text(forged(plant_with("equations", "-x")))
 
     assert check(file).verdict is Verdict.PROVED
 
@@ -232,7 +225,6 @@ def test_the_plant_they_are_made_from_passes(tmp_path: Path) -> None:
 
 
 def cart(place: Path, table: str = "rub.csv") -> Path:
-    """Write a plant's file that names this table, and its tables; return the file."""
     texts = texts_of("cart")
     file, *_ = names = list(texts)
     for name in names:

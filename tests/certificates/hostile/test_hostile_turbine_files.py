@@ -18,13 +18,11 @@ from takagi.models.turbine.loader import model_files
 
 @pytest.fixture(scope="module")
 def model() -> Any:
-    """The plant of a certificate, as the strict reader returns it."""
     return read_text(dumps({"model": turbine_data(nrel5mw(), [])}), "test")["model"]
 
 
 @pytest.fixture
 def files(tmp_path: Path) -> Path:
-    """The turbine's file and its tables in a folder of their own."""
     for file in model_files("nrel5mw"):
         shutil.copy(file, tmp_path / file.name)
     return tmp_path / "nrel5mw.toml"
@@ -38,7 +36,6 @@ def refusal(model: Any, file: Path) -> str:
 
 
 def edited(file: Path, section: str, key: str, value: str) -> None:
-    """Give one figure of the file another value."""
     lines, inside = [], ""
     for line in file.read_text(encoding="utf-8").splitlines():
         inside = line.strip(" []") if line.startswith("[") else inside
@@ -111,7 +108,6 @@ def test_a_cell_of_the_table(model: Any, files: Path, cell: str) -> None:
 
 
 def rated(file: Path) -> Any:
-    """Return gains with the rated torque of the file, so that the table is reached."""
     import tomllib
 
     entry = tomllib.loads(file.read_text(encoding="utf-8"))["generator"]["rated_torque"]

@@ -15,22 +15,22 @@ Data = dict[str, Any]
 
 
 def model_data(A: Any, *, sample_time: Any = None, **others: Any) -> Data:
-    """Return a model of kind ``takagi-sugeno`` with states x1, x2, ..."""
     names = [f"x{i + 1} [-]" for i in range(len(A[0]))]
     kind = {"kind": "takagi-sugeno", "sample_time": sample_time, "state_names": names}
     return {**kind, "A": A, **others}
 
 
 def law_data(K: Any, *, sample_time: Any = None, **others: Any) -> Data:
-    """Return a law u = -sum_j h_j K_j x about the same states."""
     names = [f"x{i + 1} [-]" for i in range(len(K[0][0]))]
     return {"name": "pdc", "sample_time": sample_time, "state_names": names, "K": K, **others}
 
 
+def sealed(model: Data, gains: Data | None, *claims: Data) -> Data:
+    return certificate_document(model=model, gains=gains, claims=list(claims), provenance={})
+
+
 def said_of(model: Data, gains: Data | None, claim: Data) -> Claim:
-    """Return what the checker says about one claim of a loop."""
-    document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
-    return check_document(document).claims[0]
+    return check_document(sealed(model, gains, claim)).claims[0]
 
 
 def as_read(data: Any) -> Any:
@@ -55,5 +55,4 @@ def verdicts(document: Mapping[str, Any]) -> list[str]:
 
 def verdict_of(model: Data, gains: Data | None, *claims: Data) -> str:
     """Return the verdict on the last claim; REFUSED where the file is refused."""
-    document = certificate_document(model=model, gains=gains, claims=list(claims), provenance={})
-    return verdicts(document)[-1]
+    return verdicts(sealed(model, gains, *claims))[-1]

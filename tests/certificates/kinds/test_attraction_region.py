@@ -20,10 +20,9 @@ from takagi.certificates.requests import AttractionRegion
 from takagi.lmi import StatePolynomial
 from takagi.lmi.sums_of_squares.attraction_set import multipliers
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, sector_model
-from tests.certificates.kinds.claims import verdicts
+from tests.certificates.kinds.claims import Data, verdicts
 from tests.certificates.weights.cells import plant_document
 
-Data = dict[str, Any]
 x, y, u, w = sp.symbols("x y u w", real=True)
 FILE = Path(__file__).with_name("van_der_pol_region.json")
 AMPLITUDE = 2.0086  # of the limit cycle of van der Pol's oscillator, Andersen and Geer (1982)
@@ -69,9 +68,6 @@ def test_the_threshold_is_that_of_the_equation(rest: float) -> None:
     assert all(at(1.001, m) == "UNDECIDED" for m in (0, 1.5, 1.9, 1.998, 1.999, 2, 2.001, 3))
 
 
-# ---------------------------------------------------------------- van der Pol, in reverse time
-
-
 def van_der_pol() -> TSModel:
     sides = (Variable(s, "-", Interval.of(-3, 3)) for s in (x, y))
     return sector_model(Plant(equations=(-y, x + (x**2 - 1) * y), states=tuple(sides)))
@@ -87,7 +83,6 @@ def function() -> StatePolynomial:
 
 
 def border(V: StatePolynomial, level: float = 1.0, count: int = 360) -> Any:
-    """Points of {V = level} on rays from rest."""
     angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
     rays = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     r = np.linspace(0, 4, 1601)[1:]
@@ -129,29 +124,6 @@ def test_the_proved_set_is_most_of_the_region_and_lies_inside_the_limit_cycle() 
         np.hypot(*cycle)[turn], period=2 * np.pi,
     )  # fmt: skip
     assert np.all(np.hypot(*points.T) < at)
-
-
-def test_starts_in_the_proved_set_converge_and_starts_outside_of_the_region_do_not() -> None:
-    """Runge-Kutta from random points of the set, and from points 30 % outside of its border."""
-
-    def last(starts: Any, time: float) -> Any:
-        h, s = 0.01, starts.T
-        for _ in range(int(time / h)):
-
-            def f(z: Any) -> Any:
-                return np.array([-z[1], z[0] + (z[0] ** 2 - 1) * z[1]])
-
-            k1 = f(s)
-            k2 = f(s + h / 2 * k1)
-            k3 = f(s + h / 2 * k2)
-            s = np.clip(s + h / 6 * (k1 + 2 * k2 + 2 * k3 + f(s + h * k3)), -1e3, 1e3)
-        return np.abs(s).max(axis=0)
-
-    points = border(function(), count=200)
-    shares = np.sqrt(np.random.default_rng(3).uniform(0, 1, len(points)))[:, None]
-
-    assert np.all(last(np.concatenate([points * 0.995, points * shares]), 60) < 1e-2)
-    assert np.all(last(1.5 * points, 20) > 3)
 
 
 def test_khalils_function_has_multipliers_up_to_its_level() -> None:

@@ -21,7 +21,6 @@ from takagi.models import TSModel
 
 
 def exact(M: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> Matrix:
-    """Return the matrix of the decimals that print the floats."""
     return Matrix.of([[Fraction(repr(float(entry))) for entry in row] for row in M])
 
 

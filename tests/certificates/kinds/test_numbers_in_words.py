@@ -6,15 +6,13 @@ The plants have two states that differ, so that a smallest entry, a quotient or 
 from __future__ import annotations
 
 from math import pi
-from typing import Any
 
 import pytest
 
 from takagi.certificates import Verdict
 from takagi.certificates.checker.words.figure import Figure
-from tests.certificates.kinds.claims import law_data, model_data, said_of
+from tests.certificates.kinds.claims import Data, law_data, model_data, said_of
 
-Data = dict[str, Any]
 UNIT, TALL = [[1, 0], [0, 1]], [[4, 0], [0, 1]]
 PLANT: Data = {"A": [[[-1, 0], [0, -2]]]}
 TWO: Data = {"A": PLANT["A"] * 2}
@@ -31,6 +29,9 @@ ROUNDED: Data = {"tau": [1, 1], "decay_rate": 0.5, "relative": 0}
 RATE, STEPS = "decay rate", "absolute rounding of gains, least"
 LIMITED = {"level": 1, "multiplier": 2, "input_limits": [1.1234567, 2]}
 LIMITS = {"-limit of input 1": 1.1234567, "-limit of input 2": 2}
+BOUNDS = {"bound on disturbance 1": 0.12345678, "bound on disturbance 2": 0.2}
+UNIT_SET = {f"safe start of x{k}, others at rest": 1.0 for k in (1, 2)}
+UNIT_SET |= {"volume of the set": pi}
 SIZES = {"decay_rate": 0.91234567, "scales": [1, 1], "lower": 1, "overshoot": 2.12345678}
 
 # Kind, model and gains, evidence, figures (with a minus where the smaller is better), and words:
@@ -52,13 +53,7 @@ CASES: list[tuple[str, Data, Data, dict[str, float], tuple[str, ...]]] = [
         "invariant-ellipsoid",
         PUSHED | {"box": {"x2 [-]": [-1, 1]}},
         BOUNDED,
-        {
-            "volume of the set": pi,
-            "safe start of x1, others at rest": 1,
-            "safe start of x2, others at rest": 1,
-            "bound on disturbance 1": 0.12345678,
-            "bound on disturbance 2": 0.2,
-        },
+        UNIT_SET | BOUNDS,
         (
             "and lies in the model's box, along",
             "for the model's disturbance with |w_k| <= 0.123456, 0.2; from outside, but within",
@@ -68,12 +63,7 @@ CASES: list[tuple[str, Data, Data, dict[str, float], tuple[str, ...]]] = [
         "input-limits",
         FED,
         LIMITED,
-        {
-            "volume of the set": pi,
-            "safe start of x1, others at rest": 1,
-            "safe start of x2, others at rest": 1,
-            **LIMITS,
-        },
+        UNIT_SET | LIMITS,
         ("|u_k| <= 1.12346, 2 for u = -Kx, from anywhere in {x'Px <= 1}, along", "-box"),
     ),
     (
@@ -161,24 +151,14 @@ CASES: list[tuple[str, Data, Data, dict[str, float], tuple[str, ...]]] = [
         "invariant-ellipsoid",
         SAMPLED | NOISY,
         {"level": 1, "multiplier": 0.51234567},
-        {
-            "volume of the set": pi,
-            "safe start of x1, others at rest": 1,
-            "safe start of x2, others at rest": 1,
-        },
+        UNIT_SET,
         ("from inside V = x'Px falls as (1 - 0.512345)^k without disturbance",),
     ),
     (
         "invariant-ellipsoid",
         FED | NOISY,
         BOUNDED | {"disturbance": "inputs"},
-        {
-            "volume of the set": pi,
-            "safe start of x1, others at rest": 1,
-            "safe start of x2, others at rest": 1,
-            "bound on disturbance 1": 0.12345678,
-            "bound on disturbance 2": 0.2,
-        },
+        UNIT_SET | BOUNDS,
         ("for w added to u, without the model's disturbance, with |w_k| <=", "; from outside V - "),
     ),
     (

@@ -15,11 +15,9 @@ from takagi.certificates.document.model_data import as_read
 from takagi.certificates.requests import ObservedFeedback, ObserverError
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import observer, pdc
-from takagi.models import ModelError, TSModel, sector_model
+from takagi.models import TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.kinds.claims import model_data, verdict_of
-
-Data = dict[str, Any]
+from tests.certificates.kinds.claims import Data, model_data, verdict_of
 
 
 def line() -> tuple[Data, Data]:
@@ -29,7 +27,6 @@ def line() -> tuple[Data, Data]:
 
 
 def crossed() -> TSModel:
-    """Return two rules whose outputs and inputs differ."""
     return TSModel(
         [[[0.0, 1.0], [-1.0, 0.2]], [[0.0, 1.0], [-3.0, 0.1]]],
         [[[0.0], [1.0]], [[0.0], [1.4]]],
@@ -89,16 +86,6 @@ def test_gains_that_do_not_observe_are_not_claimed() -> None:
     attempt = ObserverError(np.zeros((2, 1))).attempt(ClaimedLoop.of(crossed()))
 
     assert attempt.checked.verdict is Verdict.UNDECIDED
-
-
-def test_misuse_raises() -> None:
-    loop = ClaimedLoop.of(crossed())
-    with pytest.raises(ModelError, match="gains K"):
-        ObservedFeedback(np.ones((2, 1))).attempt(loop)
-    with pytest.raises(ModelError, match="L has shape"):
-        ObserverError(np.ones((3, 1))).attempt(loop)
-    with pytest.raises(ModelError, match="no output"):
-        ObserverError(np.ones((1, 1))).attempt(ClaimedLoop.of(TSModel([[[-1.0]]])))
 
 
 @pytest.mark.parametrize(("name", "proved"), [("duffing", True), ("mass_spring_damper", False)])

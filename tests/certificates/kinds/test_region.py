@@ -11,16 +11,14 @@ from takagi.certificates import Verdict, certify
 from takagi.certificates.requests import Poles
 from takagi.lmi import EigenvalueRegion
 from takagi.models import TSModel
-from tests.certificates.kinds.claims import model_data, said_of, verdict_of
+from tests.certificates.kinds.claims import Data, model_data, said_of, verdict_of
 
-Data = dict[str, Any]
 HAIR = 1e-9
 # -1 +- 1j; normal, so that P = I shows whatever any P shows.
 SPIRAL = [[-1, 1], [-1, -1]]
 
 
 def part(region: EigenvalueRegion) -> list[Data]:
-    """Return the parts of a region as a claim states them."""
     return [
         {"L": np.asarray(L, dtype=float).tolist(), "M": np.asarray(M, dtype=float).tolist()}
         for L, M in (one.matrices for one in region.parts)
@@ -28,12 +26,10 @@ def part(region: EigenvalueRegion) -> list[Data]:
 
 
 def parabola(width: float) -> EigenvalueRegion:
-    """Return {(Im z)^2 < -width Re z}."""
     return EigenvalueRegion.lmi([[0.0, 0.0], [0.0, -width]], [[0.5, 0.5], [-0.5, 0.0]])
 
 
 def claim(region: EigenvalueRegion, **others: Any) -> Data:
-    """Return the claim with P = I."""
     return {
         "name": "poles",
         "kind": "region",

@@ -8,17 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from scipy.linalg import solve_continuous_lyapunov
-
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.models import Plant
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.kinds.claims import resealed
+from tests.certificates.kinds.claims import Data, resealed, sealed
 from tests.plant_files import written
-
-Data = dict[str, Any]
-
 
 # An arm in gravity: what holds it at an angle depends on the angle and on its mass.
 ARM = """
@@ -71,7 +64,6 @@ def claims() -> list[Data]:
 
 
 def changed(change: Callable[[Data], None], which: int = 1) -> Data:
-    """The certificate with one of its claims about the reference, changed and sealed again."""
     found = arm()
     kept = [c for c in found["claims"] if c["kind"] == "tracking"][which]
     found["claims"] = [c for c in found["claims"] if c["kind"] == "secant-embedding"] + [kept]
@@ -105,16 +97,7 @@ def pure(
     gains |= {"input_names": ["u [-]"], "K": [[[3 + int(slope), 2]]]}
     gains |= {"trim": {"state": [0, 0], "input": [0]}, "references": [*model["references"]]}
     first = {"name": "embedding", "kind": "secant-embedding"}
-    return certificate_document(model=model, gains=gains, claims=[first], provenance={})
-
-
-def curved() -> Data:
-    """Return x' = u - x^3/100: two vertices, with the slopes -0.12 and 0."""
-    found = pure(drift="(-x^3/100)")
-    premise = {"name": "z", "expression": "-3*x^2/100", "lower": -0.12, "upper": 0, "unit": "-"}
-    found["model"]["embedding"] |= {"premises": [premise], "A": [["z", "0"], ["1", "0"]]}
-    found["gains"]["K"] *= 2
-    return found
+    return sealed(model, gains, first)
 
 
 def at(document: Data | None = None, **numbers: Any) -> Data:
@@ -135,39 +118,3 @@ def at(document: Data | None = None, **numbers: Any) -> Data:
     } | numbers
     found["claims"].append(claim)
     return resealed(found)
-
-
-def of_outputs(**observer: Any) -> Data:
-    """x' = u, y = x: the law has an estimate s' = u + 2 (y - s) and u = -3 s - 2 xi.
-
-    Poles -1, -2 of the gains and -2 of the observer; it rests at x = s = r, xi = -3 r/2.
-    """
-    found = pure()
-    model = found["model"]
-    model["outputs"] = [
-        {"name": "y", "unit": "-", "expression": "x"},
-        {"name": "other", "unit": "-", "expression": "2*x + xi"},
-    ]
-    model["embedding"] |= {"C": [["1", "0"], ["2", "1"]], "D": [["0"], ["0"]]}
-    whole = {"weights": "constant", "measured": ["y"], "A": [[0]], "B": [[1]], "C": [[1]]}
-    found["gains"]["observer"] = whole | {"L": [[2]]} | observer
-    joint = np.array([[0, -2, -3], [1, 0, 0], [2, -2, -5]])
-    P = solve_continuous_lyapunov((joint + 0.5 * np.eye(3)).T, -np.eye(3)).round(4)
-    claim = {"P": P.tolist(), "slope": [[1], [-1.5], [1]], "residuals": [0, 0, 0], "rates": [0]}
-    claim |= {"decay_rate": 0.5, "radius": 0.2, "slope_norms": [9], "error_factors": [9]}
-    found = at(found, **claim)
-    found["claims"] = found["claims"][1:]
-    return resealed(found)
-
-
-def pushed_by_a_square(**numbers: Any) -> Data:
-    """x' = u + w^2: it rests at u = -w^2, so that xi is w^2/2 beside -3 r/2."""
-    found = pure(drift="w^2")
-    model = found["model"]
-    model["disturbances"] += [{"name": "w", "unit": "-", "range": [-1, 1], "rest": 0}]
-    premise = {"name": "z", "expression": "2*w", "lower": -2, "upper": 2, "unit": "-"}
-    model["embedding"] |= {"premises": [premise], "E": [["0", "z"], ["-1", "0"]]}
-    claim: Data = {"slope": [[1, 0], [-1.5, 0]], "curvature": [[0, 0, 0], [0, 0, 0.5]]}
-    claim |= {"slope_norms": [2.0616, 2.2361], "rates": [0, 0]}
-    claim |= {"residuals": [0.01, 0], "residual_norm": 0.015} | numbers
-    return at(found, **{k: v for k, v in claim.items() if v is not None})

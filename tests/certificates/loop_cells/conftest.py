@@ -23,7 +23,6 @@ def turbine() -> Turbine:
 
 @pytest.fixture(scope="module")
 def law(turbine: Turbine) -> EffortSharingLaw:
-    """Return the law with plain gains: as much as torque in reserve allows."""
     schedule = effort_schedule(turbine)
     gamma, nu = plain_gains(turbine, schedule)
     return EffortSharingLaw.of(turbine, schedule, EffortGains(gamma, nu))

@@ -45,8 +45,6 @@ RATES_OVER = ((3.0, 10.6, 11.5, 12.5, 13.0, 25.0), (0.1, 0.2, 0.3, 1.0, 1.5, 2.0
 
 @dataclass(frozen=True)
 class Point:
-    """One point of the loop, its uncertainties, and its derivative, all floats."""
-
     k: int
     e: float
     zeta: float
@@ -74,13 +72,11 @@ def effort_sharing_cells(
     uncertainty: LoopUncertainty,
     rates: Sequence[float],
 ) -> list[LoopCell]:
-    """Return the enclosed loop of every cell, as a claim states it."""
     loops = cell_loops(turbine, law, box, uncertainty)
     return [loop.enclosed(rate) for loop, rate in zip(loops, rates, strict=True)]
 
 
 def rates_of(law: EffortSharingLaw) -> list[float]:
-    """Return the wind rate of each cell."""
     nodes = law.schedule.wind
     middle = (nodes[1:] + nodes[:-1]) / 2
     return [round(float(rate), 3) for rate in np.interp(middle, *RATES_OVER)]
@@ -139,7 +135,6 @@ def wake_torque(turbine: Turbine, law: EffortSharingLaw, p: Point, pitch: float)
 
 
 def physical(law: EffortSharingLaw, p: Point) -> tuple[float, float, float]:
-    """Return (omega, beta, U) of a point."""
     v = p.schedule_wind
     omega = column(law, "rotor_speed", v) + p.e
     effort = column(law, "trim_effort", v) + column(law, "gamma", v) * (p.e - p.x)
@@ -154,7 +149,6 @@ def lag(law: EffortSharingLaw, omega: float, beta: float, x: float, v: float) ->
 
 
 def commanded(law: EffortSharingLaw, p: Point, omega: float, beta: float) -> Command:
-    """Return the law's command while its schedule wind moves."""
     seen = p.schedule_wind + law.wind_filter * p.schedule_rate
     return law.command([p.x, p.schedule_wind], Measurement(omega, beta, seen))
 
@@ -187,7 +181,6 @@ def ends(interval: Interval) -> Floats:
 
 
 def spread(factor: float, interval: Interval) -> Floats:
-    """Return the range of factor times the interval, ends in order."""
     return np.sort(factor * ends(interval))
 
 
@@ -217,5 +210,4 @@ def outside(value: float, interval: Floats) -> float:
 def campaign(
     turbine: Turbine, law: EffortSharingLaw, cells: list[LoopCell], drawn: Iterator[Point]
 ) -> list[tuple[Point, float]]:
-    """Return points with their distance to the family."""
     return [(p, distance(cells[p.k], p, derivative(turbine, law, p))) for p in drawn]

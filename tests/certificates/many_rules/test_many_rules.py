@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.gain_task import GainTask
 from takagi.certificates.design.plant.many_rules import (
     effects,
     gain_choice,
@@ -30,7 +31,6 @@ HERE = Path(__file__).parent
 
 
 def plant_of(path: Path) -> Plant:
-    """Return the plant of a file."""
     found = load_model(path)
     assert isinstance(found, Plant)
     return found
@@ -38,7 +38,6 @@ def plant_of(path: Path) -> Plant:
 
 @pytest.fixture(scope="module")
 def valve() -> tuple[Plant, TSModel]:
-    """The plant with 4 states and 5 premises, and its model."""
     plant = plant_of(HERE / "tank_with_valve.toml")
     return plant, sector_model(plant)
 
@@ -87,7 +86,8 @@ def test_gains_over_few_premises_are_put_on_all_rules(valve: tuple[Plant, TSMode
     for rule, corners in enumerate(model.rules):
         assert smaller.rules[place[rule]] == (corners[1], corners[4])
     np.testing.assert_allclose(smaller.A[0], model.A[place == 0].mean(axis=0), rtol=1e-12)
-    found = gains_of_few_premises(plant, model, PlantSettings(decay_rate=0.02), 20.0)
+    task = GainTask.of(plant, model, PlantSettings(decay_rate=0.02))
+    found = gains_of_few_premises(task, 20.0)
     assert found is not None and found.notes[0].startswith("gains that depend on z")
     gains = np.asarray(found.design.require()[0])
     assert 1 < len(np.unique(gains.round(12), axis=0)) < len(model.A)

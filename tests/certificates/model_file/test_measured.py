@@ -1,4 +1,4 @@
-"""`check --model` compares what the law measures with what the plant file lists."""
+"""`check --model` compares what the law measures and uses with what the plant file lists."""
 
 from __future__ import annotations
 
@@ -17,13 +17,16 @@ from takagi.certificates.checker import check, read_text
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.checker.files.plant_parts import compare_measured, uncertain_in
+from takagi.certificates.checker.plant.expression import Scope
+from takagi.certificates.checker.plant.graph import Graph
+from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document.certificate_file import certificate_document, content_of, dumps
+from takagi.certificates.document.certificate_file import content_of, dumps
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_embedding import law_members, observer_member, plant_data
 from takagi.models import sector_model
 from takagi.models.plant_files.loader import PlantFile, load_plant
-from tests.certificates.model_file.test_static_law import plant_nodes
+from tests.certificates.kinds.claims import as_read, sealed
 
 LISTED = 'measured = ["y"]'
 PLANT = f"""
@@ -45,7 +48,6 @@ x = "-x - x^3/2 + u"
 
 
 def compared(gains: Any, path: Path) -> None:
-    """Compare a law with the field of a file."""
     file = tomllib.loads(path.read_text("utf-8"), parse_float=Decimal)
     compare_measured(gains, file, path, plant_nodes(("x", "x", "-")))
 
@@ -57,7 +59,6 @@ def filed(folder: Path, listed: str) -> Path:
 
 
 def certified(folder: Path, listed: str, measured: list[str]) -> Path:
-    """A certificate for the file with this field; its law, with these outputs, is proved."""
     path = filed(folder, listed)
     model = sector_model(load_plant(path))
     data = plant_data(model) | content_of(PlantFile.of(path).files)
@@ -69,9 +70,8 @@ def certified(folder: Path, listed: str, measured: list[str]) -> Path:
         {"name": "l", "kind": "observed-loop", "level": 0.2, "decay_rate": 0,
          "P": [[1, 0], [0, 20]]},
     ]  # fmt: skip
-    document = certificate_document(model=data, gains=gains, claims=claims, provenance={})
     found = folder / "certificate.json"
-    found.write_text(dumps(document), encoding="utf-8")
+    found.write_text(dumps(sealed(data, gains, *claims)), encoding="utf-8")
     return found
 
 
@@ -277,3 +277,113 @@ def test_another_plant_is_refused(old: str, new: str, words: str, tmp_path: Path
         text = text.replace(REFERENCE, "")
     with pytest.raises(OtherModel, match=words):
         compared_texts(text, tmp_path)
+
+
+FILE: dict[str, Any] = {"measured": ["x"], "states": {"x": {}, "v": {}}}
+LAW: dict[str, Any] = {
+    "state_names": ["x [m]", "v [m/s]"],
+    "premises": [{"name": "z1", "expression": "sin(x)/x"}],
+    "K": [[[1.5, 0]], [[2, 0.0]]],
+}
+ONE_GAIN = [[[1.5, 0]], [[1.5, 0]]]
+OF_V = [{"name": "z1", "expression": "sin(x)/x"}, {"name": "z2", "expression": "x*v^2"}]
+
+
+def plant_nodes(*states: tuple[str, str, str], others: tuple[str, ...] = ()) -> PlantNodes:
+    """The states of a certificate, each with its symbol and unit, and the names beside them."""
+    graph = Graph()
+    listed = [Variable(name, symbol, unit, 0, None) for name, symbol, unit in states]
+    names = {*others, *(v.name for v in listed), *(v.symbol for v in listed)}
+    scope = Scope({name: graph.variable(name) for name in sorted(names)})
+    return PlantNodes(graph, {}, listed, [], [], None, premise_scope=scope)
+
+
+AT_ZERO = plant_nodes(("x", "x", "m"), ("v", "v", "m/s"))
+INTEGRATING = plant_nodes(("x", "x", "m"), ("v", "v", "m/s"), ("xi", "xi", "m s"))
+ELSEWHERE = plant_nodes(
+    ("x", "delta_x", "m"), ("v", "delta_v", "m/s"), others=("x_rest", "v_rest", "k")
+)
+
+
+def require(file: dict[str, Any] = FILE, plant: PlantNodes = AT_ZERO, **changes: Any) -> None:
+    compare_measured(as_read(LAW | changes), file, Path("plant.toml"), plant)
+
+
+def test_gains_of_zero_use_no_state() -> None:
+    """Rules of their own need premises of what is measured; one gain needs none."""
+    require()
+    require(K=ONE_GAIN, premises=OF_V)
+    require(FILE | {"measured": ["v", "x"]}, K=[[[1, 1]], [[2, 3]]], premises=OF_V)
+    require(plant=ELSEWHERE, state_names=["delta_x [m]", "delta_v [m/s]"])
+    # The integral of a reference is a state of the law.
+    integrating: dict[str, Any] = {
+        "state_names": ["x [m]", "v [m/s]", "xi [m s]"],
+        "K": [[[1, 0, 5]]],
+    }
+    require(plant=INTEGRATING, references=[{"follow": "x"}], **integrating)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"K": [[[1.5, 0]], [[2, 1e-9]]]},
+        {"K": [[[1.5, 1e-30]]]},
+        {"premises": OF_V},
+        {"premises": [{"name": "z1", "expression": "v"}]},
+        {"premises": []},
+        {"premises": None},
+        {"state_names": ["x [m]"]},
+        {"state_names": None},
+        {"K": None},
+        {"K": []},
+        {"state_names": ["v [m/s]", "x [m]"]},
+        # A premise that does not say, or not in names of the plant, what it is computed from.
+        {"premises": [{"name": "v", "lower": 0, "upper": 1}]},
+        {"premises": [{"name": "z1", "expression": "hidden^2"}]},
+        {"premises": [{"name": "z1", "expression": ["v"]}]},
+        {"premises": {"name": "z1", "expression": "x"}},
+        # The integral of v - r is computed from v, and a command over b(v) too.
+        {"references": [{"follow": "v", "integral": "xi"}], "K": [[[1, 0]]]},
+        {"references": [{"integral": "xi"}], "K": [[[1, 0]]]},
+        {"blending": {"low": {"effectiveness": "1 + v^2"}, "high": {"effectiveness": "1"}}},
+        {"blending": {"low": {"effectiveness": "1"}}},
+        {"blending": 1},
+    ],
+)
+def test_another_state_is_another_law(changes: dict[str, Any]) -> None:
+    """A gain however small, a formula, or members that do not say which states are used."""
+    with pytest.raises(OtherModel, match="has all states, the field measured lists x alone"):
+        require(**changes)
+
+
+@pytest.mark.parametrize("symbol", ["delta_v", "moved", "d"])
+def test_a_deviation_under_any_name_is_its_state(symbol: str) -> None:
+    """A certificate chooses the names of deviations, in labels and in premises."""
+    plant = plant_nodes(("x", "delta_x", "m"), ("v", symbol, "m/s"), others=("x_rest", "v_rest"))
+    names: dict[str, Any] = {"state_names": ["delta_x [m]", f"{symbol} [m/s]"]}
+    require(plant=plant, **names)
+    for changes in (
+        {"K": [[[1.5, 0.5]]]},
+        {"premises": [{"name": "z1", "expression": f"({symbol} + v_rest)^2"}]},
+    ):
+        with pytest.raises(OtherModel, match="has all states"):
+            require(plant=plant, **names | changes)
+
+
+def test_a_state_of_which_another_output_has_the_name_is_not_measured() -> None:
+    """What the file calls v there is a sensor of something else."""
+    both: dict[str, Any] = {"K": [[[1, 1]]]}
+    require(FILE | {"measured": ["x", "v"], "outputs": {"v": {"expression": "v"}}}, **both)
+    require(FILE | {"measured": ["x", {"name": "v"}]}, **both)
+    for file in (
+        {"measured": ["x", "v"], "outputs": {"v": {"expression": "x^2"}}},
+        {"measured": ["x", {"name": "v", "expression": "x"}]},
+    ):
+        with pytest.raises(OtherModel, match="has all states"):
+            require(FILE | file, **both)
+
+
+def test_an_output_of_a_state_is_not_the_state() -> None:
+    """The file names what a sensor shows; a law of states names states."""
+    with pytest.raises(OtherModel, match="lists y alone"):
+        require(FILE | {"measured": ["y"], "outputs": {"y": {"expression": "x"}}})

@@ -63,7 +63,6 @@ TABLE = "# speed, friction\n-2, 0.4\n-1, 0.2\n0, 0.1\n1, 0.2\n2, 0.5\n"
 
 @pytest.fixture(scope="module")
 def cart(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Document]:
-    """A designed plant: its folder, with certificate and gain file, and the certificate."""
     folder = tmp_path_factory.mktemp("cart")
     (folder / "rub.csv").write_text(TABLE, encoding="utf-8")
     design = designed_in(folder, PLANT, NAME)
@@ -72,8 +71,6 @@ def cart(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Document]:
 
 @pytest.fixture
 def written(cart: tuple[Path, Document], tmp_path: Path) -> Callable[[Rewrite], Path]:
-    """Writes the plant file anew, with its table, into another folder."""
-
     def write(rewrite: Rewrite) -> Path:
         (tmp_path / "rub.csv").write_text(TABLE, encoding="utf-8")
         path = tmp_path / NAME
@@ -121,7 +118,6 @@ def test_layout_of_a_built_in_plant(name: str, tmp_path: Path) -> None:
 
 
 def built_in(name: str) -> tuple[Document, str]:
-    """Return what a certificate holds of a plant, and the text of its file."""
     (file,) = PlantFile.of(name).files
     data = plant_and_claim(sector_model(load_plant(name), rest="solve inputs"))[0]
     assert data is not None
@@ -263,9 +259,6 @@ def test_exit_status_0_1_and_2(
     assert main([*check, str(written(replaced("1.1,", "1.2,")))]) == 1
     assert "Error: " in (told := capsys.readouterr().err) and "1.2 there, 1.1 in" in told
     assert main([*check, str(written(replaced("[states]", "[states")))]) == 2
-
-
-# ------------------------------------------------- what is written from the file
 
 
 def test_layout_leaves_the_certificate_as_it_is(

@@ -28,20 +28,13 @@ FEASIBLE, INFEASIBLE, UNBOUNDED, OPEN = "feasible", "no solution", "no bound", "
 
 @dataclass(frozen=True)
 class Lmi:
-    """Minimise cost'x, with every S_k(x) = F_k0 + sum_i x_i F_ki semidefinite.
-
-    Attributes
-    ----------
-    cost : (m,).
-    blocks : of each k the matrices F_k0, ..., F_km, (m + 1, n_k, n_k).
-    """
+    """Minimise cost'x, with every S_k(x) = F_k0 + sum_i x_i F_ki semidefinite."""
 
     cost: Floats
     blocks: tuple[Floats, ...]
 
 
 def affine(cost: ArrayLike, *functions: Callable[[Floats], ArrayLike]) -> Lmi:
-    """Return the LMI of functions that are affine in x."""
     c = np.asarray(cost, dtype=np.float64)
     blocks = []
     for function in functions:
@@ -55,7 +48,6 @@ def affine(cost: ArrayLike, *functions: Callable[[Floats], ArrayLike]) -> Lmi:
 
 
 def write_sdpa(lmi: Lmi, path: Path) -> None:
-    """Write SDPA's sparse format, whose F_0 is the opposite of the constant."""
     sizes = [block.shape[1] for block in lmi.blocks]
     head = [f"{len(lmi.cost)}", f"{len(sizes)}", " ".join(map(str, sizes))]
     head.append(" ".join(map(repr, lmi.cost.tolist())))
@@ -69,7 +61,6 @@ def write_sdpa(lmi: Lmi, path: Path) -> None:
 
 
 def write_cbf(lmi: Lmi, path: Path) -> None:
-    """Write the Conic Benchmark Format: free variables, semidefinite constraints."""
     m, entries = len(lmi.cost), list(_lower(lmi))
     linear = [f"{i} {c!r}" for i, c in enumerate(lmi.cost.tolist()) if c]
     H = [f"{k} {i - 1} {r} {s} {v!r}" for k, i, r, s, v in entries if i]
@@ -89,7 +80,6 @@ def _lower(lmi: Lmi) -> Iterator[tuple[int, int, int, int, float]]:
 
 
 def write_sedumi(lmi: Lmi, path: Path) -> None:
-    """Write SeDuMi's A, b, c and K: maximise b'y with c - A'y in K."""
     c = np.concatenate([block[0].ravel() for block in lmi.blocks])
     A = [-np.concatenate([block[i].ravel() for block in lmi.blocks])
          for i in range(1, len(lmi.cost) + 1)]  # fmt: skip
@@ -98,7 +88,6 @@ def write_sedumi(lmi: Lmi, path: Path) -> None:
 
 
 def write_cvxpy(lmi: Lmi, path: Path) -> None:
-    """Write cvxpy's data of the same problem."""
     x = cp.Variable(len(lmi.cost))
     constraints = [
         block[0] + sum(x[i] * block[i + 1] for i in range(len(lmi.cost))) >> 0
@@ -114,15 +103,9 @@ WRITERS = {
 
 @dataclass(frozen=True)
 class Published:
-    """A problem of the literature as a file, and what is known of it.
+    """A problem of the literature as a file, what is known of it, and by how much that may be off.
 
-    Attributes
-    ----------
-    name : with the ending of its file, by which its reader is chosen.
-    source : paper, manual or page.
-    known : an answer, or the optimum of the file's objective.
-    digits : by how much the published number may be off; 0 where the optimum is exact.
-    lmi : the problem; or ``write`` writes its file.
+    The file is that of ``lmi``, or what ``write`` writes; its name's ending chooses the reader.
     """
 
     name: str
@@ -134,7 +117,6 @@ class Published:
     write: Callable[[Path], None] | None = None
 
     def written(self, folder: Path) -> Path:
-        """Return the file, written into this folder."""
         path = folder / self.name
         if self.write is not None:
             self.write(path)
@@ -147,7 +129,6 @@ class Published:
 
 
 def symmetric(*lower: float) -> Floats:
-    """Return the matrix of its lower triangle, row by row."""
     size = round(sqrt(2 * len(lower)))
     matrix = np.zeros((size, size))
     matrix[np.tril_indices(size)] = lower
@@ -425,7 +406,6 @@ THRESHOLDS: tuple[tuple[str, str, Callable[[float], Lmi], dict[str, float]], ...
 
 
 def _sides() -> Iterator[Published]:
-    """Yield both sides of every threshold."""
     for name, source, lmi, sides in THRESHOLDS:
         for (ending, value), known in zip(sides.items(), (FEASIBLE, INFEASIBLE), strict=True):
             yield Published(f"{name}-{value}{ending}", source, known, partial(lmi, value))
@@ -480,7 +460,6 @@ PUBLISHED: tuple[Published, ...] = (
 
 
 def table() -> str:
-    """Return the problems as the rows of a table."""
     rows = ["| problem | source | known |", "|---|---|---|"]
     for problem in PUBLISHED:
         known = problem.text or (

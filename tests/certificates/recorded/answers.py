@@ -28,8 +28,6 @@ Answer = list[list[str]]
 
 
 class Case(NamedTuple):
-    """A recorded certificate: its answer, its text, what it is, and words of its answer."""
-
     answer: Answer
     text: str
     what: str = ""
@@ -41,39 +39,31 @@ NUMBER = re.compile(r"(?:(?<!\w)-)?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 def kinds() -> list[str]:
-    """Return the kinds of claims that there are recorded certificates of."""
     return sorted(path.stem for path in FOLDER.glob("*.jsonl"))
 
 
 def cases(kind: str) -> Iterator[Case]:
-    """Yield the recorded certificates of a kind."""
     for line in (FOLDER / f"{kind}.jsonl").read_text(encoding="utf-8").splitlines():
         yield Case(*json.loads(line))
 
 
 def recorded(kind: str) -> Iterator[tuple[Answer, str]]:
-    """Yield (answer, text of the certificate)."""
     for case in cases(kind):
         yield case.answer, case.text
 
 
 def answer_of(written: str, path: Path) -> Answer:
-    """Return the answer to a certificate with this text, in a file that is made for it."""
     return answer_in_words(written, path)[0]
 
 
 def answer_in_words(written: str, path: Path) -> tuple[Answer, str]:
-    """Return the answer, and all that it says."""
     path.write_text(written, encoding="utf-8")
     said: list[str] = []
     return facts_of(lambda: check(path), str(path), said), " ".join(said)
 
 
 def facts_of(work: Callable[[], Checked], path: str, said: list[str] | None = None) -> Answer:
-    """Return the facts of what a check answers; the file's place is left out.
-
-    ``said`` takes the sentences.
-    """
+    """Return the facts of what a check answers; the file's place is left out."""
     said = [] if said is None else said
     try:
         checked = work()
@@ -88,16 +78,12 @@ def facts_of(work: Callable[[], Checked], path: str, said: list[str] | None = No
 
 
 def facts(verdict: str, name: str, sentence: str) -> list[str]:
-    """Return verdict and name of a claim, and what its sentence states in numbers."""
     stated = verdict in ("PROVED", "DISPROVED")
     return [verdict, name, *([" ".join(NUMBER.findall(sentence))] if stated else [])]
 
 
 def first_recorded(kind: str, place: Path) -> list[str]:
-    """Return certificates of a kind of which none is recorded, one for each different answer.
-
-    They are the smallest ones, of ``weights/cells.py``, and those with a changed entry.
-    """
+    """Return certificates of a kind of which none is recorded, one for each different answer."""
     from tests.certificates.kinds.claims import resealed
     from tests.certificates.recorded.damages import LEFT_OUT, changes
     from tests.certificates.weights.cells import cell_document
@@ -118,12 +104,7 @@ def first_recorded(kind: str, place: Path) -> list[str]:
 
 
 def taken(old: Answer, new: Answer, what: str) -> Answer:
-    """Return today's answer; what was not proved is not recorded as proved.
-
-    Raises
-    ------
-    SystemExit : it is proved or disproved now.
-    """
+    """Return today's answer; what was not proved is not recorded as proved."""
     shown = {"PROVED", "DISPROVED"}
     if old and old[0][0] not in shown and new[0][0] in shown:
         cure = "if this is true, write [] in the place of its answer and run this again"
@@ -132,12 +113,10 @@ def taken(old: Answer, new: Answer, what: str) -> Answer:
 
 
 def line(answer: Answer, text: str, what: str = "", words: str = "") -> str:
-    """Return the line of a file for a certificate."""
     return json.dumps([answer, text, *([what, words] if what else [])])
 
 
 def main() -> None:
-    """Write the answers of today."""
     from tests.certificates.weights.cells import EVIDENCE
 
     new = {kind for kind in EVIDENCE if "," not in kind} - set(kinds())

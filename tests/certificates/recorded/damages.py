@@ -29,8 +29,6 @@ Changes = list[tuple[Place, Any]]
 
 
 class Damage(NamedTuple):
-    """What is changed, the answer to it, what it is, and words of the answer."""
-
     changes: Changes
     answer: Answer
     what: str = ""
@@ -38,12 +36,10 @@ class Damage(NamedTuple):
 
 
 def names() -> list[str]:
-    """Return the names of the certificates that are damaged."""
     return sorted(path.stem for path in DAMAGED.glob("*.jsonl"))
 
 
 def damages(name: str) -> tuple[dict[str, Any], list[Damage]]:
-    """Return the certificate as its reader has it, and each change of it with its answer."""
     first, second, *lines = (DAMAGED / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
     answers = json.loads(second)
     found = [_read(json.loads(line), answers) for line in lines]
@@ -59,13 +55,7 @@ def _read(line: list[Any], answers: list[Answer]) -> Damage:
 
 
 def answer_to(document: dict[str, Any], changed: Changes, said: list[str] | None = None) -> Answer:
-    """Return the answer to the certificate with these values, and hashes that fit.
-
-    Parameters
-    ----------
-    document : as its reader has it; it is not changed.
-    said : takes the sentences of the answer.
-    """
+    """Return the answer to the certificate with these values, and hashes that fit."""
     data = _damaged(document, changed)
     return facts_of(lambda: _checked(data), "FILE", said)
 
@@ -101,7 +91,6 @@ def _hashes(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def changes(value: Any) -> Iterator[Any]:
-    """Yield what may stand in the place of an entry."""
     if isinstance(value, bool) or value is None:
         yield from (LEFT_OUT, "word")
     elif isinstance(value, (int, float)):
@@ -117,7 +106,6 @@ def changes(value: Any) -> Iterator[Any]:
 
 
 def line(damage: Damage, number: int) -> str:
-    """Return the line of a file for a change."""
     if damage.what:
         return json.dumps([damage.changes, number, damage.what, damage.words])
     ((place, value),) = damage.changes
@@ -125,7 +113,6 @@ def line(damage: Damage, number: int) -> str:
 
 
 def main() -> None:
-    """Write the answers of today."""
     for name in names():
         path = DAMAGED / f"{name}.jsonl"
         first = path.read_text(encoding="utf-8").splitlines()[0]

@@ -36,22 +36,18 @@ def document(law: str, *kinds: str) -> Document:
 
 
 def sealed(parts: Document) -> Document:
-    """Return a certificate with the hashes of its parts."""
     return resealed({"format": "takagi-certificate", "version": 1, **parts})
 
 
 def read_law(name: str) -> Document:
-    """Return the turbine with a recorded law and its claims, as the checker reads them."""
     return dict(as_read({"model": _LAWS["turbine"], **_LAWS["certificates"][name]}))
 
 
 def texts_of(model: str) -> dict[str, str]:
-    """Return the files of a model, the model's own first."""
     return dict(_FILES[model]["files"])
 
 
 def of_model(name: str) -> Document:
-    """Return model, gains, claims and controller as the checker reads them."""
     found = {key: deepcopy(part) for key, part in _FILES[name].items() if key != "files"}
     found["provenance"] = {"sha256": {"model": "m", "gains": "g", "claims": "c"}}
     return dict(as_read(found))

@@ -6,6 +6,7 @@ torque and at the limits of pitch, and held against the law and the plant in flo
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -13,16 +14,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.interval import ONE
+from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.turbine.published.inputs import STATES, Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop
 from takagi.certificates.checker.turbine.rotor import Plant
+from takagi.certificates.checker.words import published as words
 from takagi.certificates.document.certificate_file import (
-    certificate_document,
     published_law_data,
     turbine_data,
 )
@@ -30,6 +35,8 @@ from takagi.models import nrel5mw
 from takagi.models.laws.published import law as model
 from takagi.models.laws.published.regional_schedule import coupling_filter, regional_schedule
 from takagi.models.ramps import Shape
+from tests.certificates.kinds.claims import sealed
+from tests.certificates.recorded.inputs import read_law
 from tests.paper_models import loop_rate, regional_models
 
 Floats = NDArray[np.float64]
@@ -41,7 +48,6 @@ BOXES, FEWEST, POINTS = 24, 18, 10
 
 @cache
 def law_of(shape: Shape) -> model.PublishedLaw:
-    """Return a law whose gains differ from corner to corner by much, so that a mix-up shows."""
     partial = regional_schedule(
         TURBINE,
         regional_models()[0],
@@ -64,15 +70,9 @@ def law_of(shape: Shape) -> model.PublishedLaw:
 
 @cache
 def read_of(shape: Shape) -> tuple[Plant, PublishedLaw]:
-    """Return plant and law as the checker reads them."""
     from json import dumps
 
-    document = certificate_document(
-        model=turbine_data(TURBINE, ()),
-        gains=published_law_data(law_of(shape)),
-        claims=[{}],
-        provenance={},
-    )
+    document = sealed(turbine_data(TURBINE, ()), published_law_data(law_of(shape)), {})
     data = read_text(dumps(document), "certificate")
     # A drive of any speed, so that boxes far from rest are not refused for the limit of its rate.
     plant = replace(Plant.read(data["model"]), rate_limit=Fraction(1000))
@@ -105,7 +105,6 @@ def drawn(rng: np.random.Generator, law: PublishedLaw, asked: float) -> Ends:
 
 
 def points(rng: np.random.Generator, ends: Ends, wind: float, lowest: float) -> Floats:
-    """Return states in the box at this wind, some of them at its corners."""
     v1, v2 = (float(v) for v in ends.wind)
     first, last = (np.array([float(x) for x in z]) for z in ends.states)
     centre = first + (wind - v1) / (v2 - v1) * (last - first)
@@ -125,7 +124,6 @@ def outside(value: float, low: float, high: float) -> float:
 
 
 def violations(shape: Shape, seed: int, asked: float = 1.0) -> tuple[list[Any], int]:
-    """Return what leaves its brackets, and in how many boxes it was looked for."""
     rng = np.random.default_rng(seed)
     law, (plant, read) = law_of(shape), read_of(shape)
     found: list[Any] = []
@@ -203,3 +201,66 @@ def test_the_ramp_over_speed_has_its_values_and_slopes(shape: Shape) -> None:
         for found, exact in ((share.value, values), (share.slopes[0], slopes * float(half))):
             least, most = bracket(found)
             assert least <= exact.min() + 1e-9 and exact.max() - 1e-9 <= most
+
+
+DECIMALS = st.integers(1, 10**13).map(lambda k: Fraction(k, 10**12))
+
+
+@given(st.lists(DECIMALS, min_size=4, max_size=6, unique=True), DECIMALS)
+def test_windows_of_one_width_are_not_moved(starts: list[Fraction], width: Fraction) -> None:
+    """A rounded lower end would move the window, and its upper end out of what is proved."""
+    ordered = sorted(starts)
+    said = words.winds_words([(low, low + width) for low in ordered])
+    shown, listed = said.split(" m/s wide from ")
+
+    assert Fraction(shown.removeprefix("in windows ")) <= width
+    named = [Fraction(number) for number in re.findall(r"[\d.]+(?:e[+-]?\d+)?", listed)]
+    runs = "in steps of" in listed
+    assert runs or named == ordered
+
+
+def test_steps_between_windows_are_not_rounded() -> None:
+    step = Fraction("0.1000000001")
+    said = words.winds_words([(3 + k * step, 3 + k * step + Fraction(1, 50)) for k in range(5)])
+
+    assert said == "in windows 0.02 m/s wide from 3 to 3.4000000004 in steps of 0.1000000001"
+
+
+def test_overlaps_are_named_as_they_are() -> None:
+    overlaps = Overlaps(Fraction(1), Fraction("0.1000000001"), Fraction("2000.0004"))
+
+    assert "0.1000000001 rad/s" in words._words(overlaps)
+    assert "2000.0004 N m" in words._words(overlaps)
+
+
+def test_winds_that_are_left_out_are_told() -> None:
+    data = read_law("paper")
+    claim = {**data["claims"][0], "cells": [], "winds": [[Number("5"), Number("6")]]}
+
+    def said(unproved: list[dict[str, list[Number]]]) -> str:
+        stated = {**claim, "unproved": unproved}
+        return replay(stated, data, None, [], "here").in_words().text
+
+    ends = "not proved: 5 to 6 m/s, where no stated cell holds"
+    assert said([]).endswith(ends)
+    unproved = [{"wind": [Number("3"), Number("4")]}]
+    assert said(unproved).endswith(f"{ends}; looked at but not claimed: 3 to 4 m/s")
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_width_of_the_set_is_added_to_how_far_its_centre_is(side: int) -> None:
+    """Pitch of the tables is zero here: 1.5 degrees off and 0.4 wide is near, 0.6 wide is not."""
+    law = PublishedLaw.read(read_law("paper")["gains"])
+    partial, full = (
+        replace(region, pitch=[Fraction(0)] * len(region.pitch))
+        for region in (law.partial, law.full)
+    )
+    flat, degree = replace(law, partial=partial, full=full), Fraction(1745, 100000)
+
+    def near(width: Fraction) -> bool:
+        z = [Fraction(1), side * degree * Fraction(3, 2), Fraction(0)]
+        ends = Ends((Fraction(8), Fraction(9)), (z, z), [Fraction(0), width, Fraction(0)])
+        return words._near_trim_pitch(flat, ends)
+
+    assert near(degree * Fraction(2, 5))
+    assert not near(degree * Fraction(3, 5))

@@ -19,30 +19,26 @@ from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.problem import conic_problem
 from takagi.certificates.checker.problem.conic_problem import HALF_ROOT, UNIT
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.lmi import save_cvxpy
 from takagi.lmi.problem_files.problem import ConicProblem
 from takagi.lmi.problem_files.reading import read_problem_file
 from takagi.models.errors import ModelError
-from tests.certificates.kinds.claims import resealed
+from tests.certificates.kinds.claims import Data, resealed, sealed
 
-Data = dict[str, Any]
 LINE = {"cone": "nonnegative", "size": 2, "entries": [[0, 0, -1], [1, 0, 1], [0, 1, 3], [1, 1, -1]]}
 
 
 def problem(*blocks: Data, objective: Any = (1,), **members: Any) -> Data:
-    """Return the problem of these blocks; without any 1 <= x <= 3."""
     model = {"kind": "conic-problem", "objective": list(objective), "offset": 0}
     return {**model, "sense": "minimise", "blocks": list(blocks or (LINE,)), **members}
 
 
 def document(model: Data, kind: str, point: Any, **members: Any) -> Data:
     claim = {"name": "forged", "kind": kind, "point": list(point), "basis": [], **members}
-    return certificate_document(model=model, gains=None, claims=[claim], provenance={})
+    return sealed(model, None, claim)
 
 
 def verdict(model: Data, kind: str, point: Any, **members: Any) -> str:
-    """Return the verdict, or that the file is refused."""
     try:
         return check_document(document(model, kind, point, **members)).verdict.name
     except CertificateError:
@@ -143,7 +139,6 @@ def test_no_law_stands_beside_a_problem(tmp_path: Path) -> None:
 
 
 def values_at(problem: ConicProblem, x: Any) -> list[np.ndarray[Any, Any]]:
-    """Return S_k(x), of a semidefinite cone as the symmetric matrix."""
     listed: list[np.ndarray[Any, Any]] = []
     for block in problem.blocks:
         A, constant = block.arrays(len(problem.objective))
@@ -235,7 +230,6 @@ def test_cbf_with_two_meanings_is_refused(old: str, new: str, tmp_path: Path) ->
 
 
 def stored(problem: cp.Problem, solver: str, path: Path) -> ConicProblem:
-    """Return cvxpy's data for a solver through an npz file with a dense A."""
     data, _, _ = problem.get_problem_data(solver, solver_opts={"use_quad_obj": False})
     dims, A = data["dims"], data["A"].toarray()
     sizes = {"zero": dims.zero, "nonneg": dims.nonneg, "soc": dims.soc, "psd": dims.psd}

@@ -18,13 +18,19 @@ from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.replay.loop_reading import read_model_loop
 from takagi.certificates.checker.words.rounded import exactly
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import InputLimits, L2Gain, Peak
 from takagi.certificates.requests.request import Request
-from takagi.models import Plant, TSModel, load_model, sector_model
-from tests.certificates.kinds.claims import as_read, law_data, model_data, said_of, verdict_of
+from takagi.models import Plant, load_model, sector_model
+from tests.certificates.kinds.claims import (
+    Data,
+    as_read,
+    law_data,
+    model_data,
+    said_of,
+    sealed,
+    verdict_of,
+)
 
-Data = dict[str, Any]
 REST_U = "here u is u - u*, with * for the point of rest"
 REST_W = "here w is w - w*, with * for the point of rest"
 REST_Y = "here y is y less its value at rest"
@@ -32,21 +38,8 @@ ITO = "in Ito's sense"
 
 
 def outcome(model: Data, gains: Data | None, claims: list[Data]) -> tuple[list[str], str]:
-    """Return the sentences, and the verdict on the last claim."""
-    document = certificate_document(model=model, gains=gains, claims=claims, provenance={})
-    found = check_document(document).claims
+    found = check_document(sealed(model, gains, *claims)).claims
     return [one.text for one in found], found[-1].verdict.name
-
-
-# A function that decays at the rate that is asked for, and no faster
-
-
-@pytest.mark.numeric
-def test_certify_disproves_beyond_the_rate_and_not_at_it() -> None:
-    model = TSModel([[[-2.0]], [[-1.0]]])
-
-    assert certify(model, decay_rate=1.0).verdict is Verdict.UNDECIDED
-    assert certify(model, decay_rate=1.001).verdict is Verdict.DISPROVED
 
 
 # Deviations from rest
@@ -309,7 +302,6 @@ CLAIM |= {"disturbance": "disturbances"}
 
 
 def said_with(*scheduling: str, way: str = "disturbances") -> Verdict:
-    """Return the verdict where the premises are known to depend on these."""
     text = str({**HALVES, "claim": CLAIM | {"disturbance": way}})
     data = read_text(text.replace("'", '"').replace("None", "null"), "model")
     family: PolytopicLoop = replace(read_model_loop(data, None), scheduled_by=scheduling)
@@ -324,9 +316,7 @@ def test_premises_that_are_the_noise_prove_nothing() -> None:
 
 
 def outcomes(model: Data, gains: Data | None, *claims: Data) -> tuple[Claim, ...]:
-    """Return what the checker says of each claim."""
-    document = certificate_document(model=model, gains=gains, claims=list(claims), provenance={})
-    return tuple(check_document(document).claims)
+    return tuple(check_document(sealed(model, gains, *claims)).claims)
 
 
 def noisy(premise: str) -> Data:

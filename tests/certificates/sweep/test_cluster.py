@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import os
+import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 
 from takagi.certificates.sweep.tasks import Task, run_tasks
-from takagi.cli.main import main
 from takagi.models import ModelError, nrel5mw
-from tests.certificates.sweep.dask_cluster import ROOT, Cluster, dask_cluster, until
 from tests.certificates.sweep.toy import reading, tasks
 
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "default::DeprecationWarning")
@@ -23,13 +25,10 @@ COUNT = 40
 
 
 def content(folder: Path) -> dict[str, bytes]:
-    """File name -> bytes."""
     return {path.name: path.read_bytes() for path in folder.glob("*.json")}
 
 
 def meanwhile(results: Path, count: int, work: Callable[[], object]) -> threading.Thread:
-    """Do something in another thread once so many results are there."""
-
     def wait() -> None:
         until(lambda: len(content(results)) >= count)
         work()
@@ -45,7 +44,6 @@ def results_of(cluster: Cluster, folder: Path) -> tuple[list[dict[str, object]],
 
 
 def same_as_alone(results: Path, folder: Path) -> bool:
-    """Whether a store has the bytes of one that was made by this process alone."""
     folder.mkdir()
     run_tasks(tasks("slow", str(folder), COUNT), folder / "results", workers=1)
     return content(results) == content(folder / "results")
@@ -162,20 +160,69 @@ def test_a_cluster_that_makes_no_sense(tmp_path: Path, monkeypatch: pytest.Monke
         run_tasks(work, results, scheduler=address)
 
 
-@pytest.mark.slow
-def test_four_hundred_points_of_which_a_worker_is_killed(tmp_path: Path, reduced: bool) -> None:
-    """A map of Schulte's law, all of whose files are those of an undisturbed one."""
-    if reduced:
-        pytest.skip("two minutes: without TAKAGI_REDUCED; fewer tasks are above")
-    axes = ["speed-overlap=0.3:0.6:20", "torque-overlap=3000:5000:20", "wind=5"]
-    words = ["sweep", "nrel5mw", *(word for axis in axes for word in ("--over", axis)), "--out"]
-    with dask_cluster(tmp_path / "cluster", 4) as cluster:
-        killing = meanwhile(tmp_path / "a" / "results", 100, cluster.workers[2].kill)
-        assert main([*words, str(tmp_path / "a"), "--scheduler", cluster.address]) == 0
-        killing.join()
-        assert cluster.workers[2].wait(10) != 0
-    assert main([*words, str(tmp_path / "b")]) == 0
+ROOT = Path(__file__).parents[3]
 
-    assert len(content(tmp_path / "b" / "results")) == 400
-    for path in (tmp_path / "b").rglob("*.*"):
-        assert path.read_bytes() == (tmp_path / "a" / path.relative_to(tmp_path / "b")).read_bytes()
+
+@dataclass
+class Cluster:
+    """A scheduler, which ends by itself when nothing comes, and its workers."""
+
+    folder: Path
+    port: int
+    environment: dict[str, str] = field(default_factory=dict)
+    started: list[subprocess.Popen[bytes]] = field(default_factory=list)
+    workers: list[subprocess.Popen[bytes]] = field(default_factory=list)
+
+    @property
+    def address(self) -> str:
+        return f"tcp://127.0.0.1:{self.port}"
+
+    def scheduler(self) -> subprocess.Popen[bytes]:
+        own = ("--host", "127.0.0.1", "--port", str(self.port), "--idle-timeout", "120s")
+        return self._start("dask_scheduler", *own, "--no-dashboard")
+
+    def worker(self) -> subprocess.Popen[bytes]:
+        own = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "60")
+        place = ("--local-directory", str(self.folder), "--host", "127.0.0.1")
+        self.workers.append(self._start("dask_worker", self.address, *own, *place))
+        return self.workers[-1]
+
+    def _start(self, program: str, *arguments: str) -> subprocess.Popen[bytes]:
+        words = [sys.executable, "-m", f"distributed.cli.{program}", *arguments]
+        threads = {"OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
+        environment = {**os.environ, **threads, **self.environment}
+        with (self.folder / "log").open("ab") as log:
+            process = subprocess.Popen(
+                words, stdout=log, stderr=log, env=environment, cwd=self.folder
+            )
+        self.started.append(process)
+        return process
+
+
+@contextmanager
+def dask_cluster(folder: Path, workers: int, **environment: str) -> Iterator[Cluster]:
+    pytest.importorskip("distributed")
+    folder.mkdir()
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        cluster = Cluster(folder, free.getsockname()[1], environment)
+    try:
+        cluster.scheduler()
+        for _ in range(workers):
+            cluster.worker()
+        until(lambda: (folder / "log").read_text().count("Registered to:") >= workers)
+        yield cluster
+    finally:
+        for process in cluster.started:
+            process.kill()
+            process.wait(30)
+
+
+def until(condition: object, seconds: float = 60.0) -> None:
+    assert callable(condition)
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if condition():
+            return
+        time.sleep(0.05)
+    raise AssertionError("waited in vain")

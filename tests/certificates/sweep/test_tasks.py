@@ -32,7 +32,6 @@ if __name__ == "__main__":
 
 
 def content(folder: Path) -> dict[str, bytes]:
-    """File name -> bytes."""
     return {path.name: path.read_bytes() for path in folder.glob("*.json")}
 
 

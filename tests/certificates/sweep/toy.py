@@ -16,13 +16,11 @@ from takagi.models.turbine.data import Turbine
 def tasks(
     function: str = "product", source: str = "", count: int = 6, factor: int = 2
 ) -> list[Task]:
-    """Return tasks x = 0, 1, ... of a function of this module."""
     inputs = [{"x": x, "factor": factor} for x in range(count)]
     return [Task(f"{__name__}:{function}", source, each) for each in inputs]
 
 
 def product(source: object, inputs: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a result in another order than that of the alphabet."""
     return {"z": inputs["factor"] * inputs["x"], "a": [0.1 * inputs["x"], None]}
 
 
@@ -43,12 +41,10 @@ def deadly(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def slow(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
-    """Take a moment, and leave the number of the process in the folder ``source``."""
     (Path(source) / f"process-{os.getpid()}").touch()
     time.sleep(0.1)
     return product(source, inputs)
 
 
 def reading(source: Turbine, inputs: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the turbine that goes with the task has."""
     return {"name": source.name, "coefficient": float(source.torque(7.0, 0.01))}

@@ -1,4 +1,4 @@
-"""The corners of a wind cell: bounds, signs and bends that one place alone decides."""
+"""Corners of wind cells and interval matrices: bounds and signs that one place decides."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.matrices import Matrix
@@ -45,35 +46,31 @@ def corners(lag_rate: tuple[str, str], **sizes: str) -> Stated:
 
 
 def decided(cell: Stated, error: Any = 0, rate: Any = 0) -> str:
-    """Return what fails in a wind class."""
     class_ = {"wind_error": Fraction(error), "wind_rate": Fraction(rate)}
     return first_failure(Corners(replace(cell, sizes=cell.sizes | class_)).obligations(P))
 
 
-def test_a_moving_schedule_raises_the_lags_rate_too() -> None:
-    """T - (b'/b) v_s' has both signs: its upper end, 1.5 1/s here, is not in the decreasing set."""
-    turning = {"effectiveness_slope": "0.5"}
-
-    assert decided(corners(("0.5", "1")), rate=1) == ""
-    assert decided(corners(("1", "1"), **turning), rate=0) == ""
-    assert "invariance" in decided(corners(("1", "1"), **turning), rate=1)
-    assert "invariance" in decided(corners(("0.75", "0.75"), **turning), rate="1.5")
-
-
-def test_a_range_of_lags_is_widened_at_both_ends() -> None:
-    """From 0.6 - 0.5 to 1 + 0.5 1/s; taken inward it would be 0.5 to 1.1 1/s, where V falls."""
-    turning = {"effectiveness_slope": "0.5"}
-
-    assert decided(corners(("0.6", "1")), rate=1) == ""
-    assert "invariance" in decided(corners(("0.6", "1"), **turning), rate=1)
-
-
-def test_a_moving_schedule_lowers_the_lags_rate() -> None:
-    """The other end: 0.9 - 1.2 < 0 makes the lag unstable."""
-    turning = {"effectiveness_slope": "1.2"}
-
-    assert decided(corners(("0.9", "0.9"), **turning), rate="0.05") == ""
-    assert "invariance" in decided(corners(("0.9", "0.9"), **turning), rate=1)
+@pytest.mark.parametrize(
+    ("lags", "slope", "rate", "fails"),
+    [
+        (("0.5", "1"), "0", 1, ""),
+        (("1", "1"), "0.5", 0, ""),
+        # T - (b'/b) v_s' has both signs: its upper end, 1.5 1/s, is not in the decreasing set.
+        (("1", "1"), "0.5", 1, "invariance"),
+        (("0.75", "0.75"), "0.5", "1.5", "invariance"),
+        # From 0.6 - 0.5 to 1 + 0.5 1/s; taken inward it would be 0.5 to 1.1 1/s, where V falls.
+        (("0.6", "1"), "0", 1, ""),
+        (("0.6", "1"), "0.5", 1, "invariance"),
+        # 0.3 - 0.4 < 0 makes the lag unstable; 0.3 + 0.4 1/s would be in the set.
+        (("0.3", "0.3"), "0.4", "0.05", ""),
+        (("0.3", "0.3"), "0.4", 1, "invariance"),
+    ],
+)
+def test_a_moving_schedule_widens_the_lags_rate(
+    lags: tuple[str, str], slope: str, rate: Any, fails: str
+) -> None:
+    found = decided(corners(lags, effectiveness_slope=slope), rate=rate)
+    assert fails in found and bool(fails) == bool(found)
 
 
 @pytest.mark.parametrize("part", ["wind error", "wind rate", "turning", "lag disturbance"])
@@ -107,7 +104,6 @@ def test_disturbances_are_rounded_up(part: str) -> None:
 
 
 def test_the_rest_is_rounded_outward() -> None:
-    """P_33 (kappa r)^2 < Gamma^2 with r rounded up: at the last unit that is inside, not beyond."""
     P33, unit = P[2, 2], Fraction(1, 10**7)
     r = Fraction(0)
     step = Fraction(1)
@@ -124,7 +120,6 @@ def test_the_rest_is_rounded_outward() -> None:
 
 
 def last_cell(document: dict[str, Any], rate: str, pitch_max: Fraction | None = None) -> Loop:
-    """Return the loop in the last wind cell, at a rate of the wind [m/s^2] and a limit [rad]."""
     read = read_text(json.dumps(document), "document")
     subject = Subject.read(read["claims"][0], read["model"], read["gains"], "claim")
     if pitch_max is not None:
@@ -206,25 +201,10 @@ def test_an_estimate_that_outruns_the_schedule_wind_at_one_place(node: int) -> N
             assert s not in WIND
 
 
-def test_a_disturbance_is_worst_where_its_parts_have_opposite_signs() -> None:
-    """x' = -x + d, |d_i| <= delta: the set x'Px <= 1 keeps the rest x = d for each sign, or none.
-
-    For P = [[2, -1], [-1, 2]] the rests d = delta (1, 1) have V = 2 delta^2, and those of opposite
-    signs V = 6 delta^2; the inequality with alpha = 1 allows delta < 1/sqrt(6) = 0.408.
-    """
-    P = [[F(2), F(-1)], [F(-1), F(2)]]
-    A = [[F(-1), F(0)], [F(0), F(-1)]]
-    for delta, fails in ((F(1, 2), True), (F(41, 100), True), (F(2, 5), False)):
-        said = first_failure(contraction(P, [(A, A)], [delta] * 2, F(1, 2), F(1), "here"))
-        rests = [(s * delta, t * delta) for s, t in product((1, -1), repeat=2)]
-        V = [2 * x * x - 2 * x * y + 2 * y * y for x, y in rests]
-        assert (max(V) > 1) == fails
-        assert bool(said) == fails
-        assert min(V) < 1
-
-
 def test_the_worst_signs_are_found_for_each_pair_of_states() -> None:
-    """As above with the sign of the coupling changed, and with a third state that is left alone."""
+    """x' = -x + d, |d_i| <= delta: with P = [[2, s], [s, 2]] the rests of the worse signs have
+    V = 6 delta^2, and the inequality with alpha = 1 allows delta < 1/sqrt(6) = 0.408.
+    """
     for sign, delta in product((1, -1), (F(41, 100), F(2, 5))):
         P = [[F(2), F(0), F(sign)], [F(0), F(2), F(0)], [F(sign), F(0), F(2)]]
         A = [[F(-int(i == j)) for j in range(3)] for i in range(3)]
@@ -241,20 +221,17 @@ Inputs = tuple[Subject, list[Any]]
 
 @pytest.fixture(scope="session")
 def inputs(built: Any) -> Inputs:
-    """Return what the checker reads of the whole certificate, and its cells."""
     read = read_text(json.dumps(built.document), "document")
     claim = read["claims"][0]
     return Subject.read(claim, read["model"], read["gains"], "claim"), claim["cells"]
 
 
 def outside(loop: Loop, ranges: Any, sizes: dict[str, Fraction]) -> str:
-    """Return which coefficient is not as it is stated."""
     return first_failure(loop.enclosed(Stated(ranges, sizes, "cell")))
 
 
 @pytest.mark.parametrize("share", SHARES)
 def test_what_a_cell_states_is_enclosed_and_no_more(inputs: Inputs, share: int) -> None:
-    """From cut-in to cut-out, more closely around rated wind: every range and every size."""
     subject, cells = inputs
     k = share * (len(cells) - 1) // 99
     cell = cells[k]
@@ -298,3 +275,103 @@ def test_each_stated_number_is_compared(inputs: Inputs, name: str) -> None:
         less = sizes[name] / 2 if name == "residual" else sizes[name] - STEP
         assert f"loop's {name} exceeds" in outside(loop, ranges, sizes | {name: less})
         assert outside(loop, ranges, sizes | {name: sizes[name] + STEP}) == ""
+
+
+DECAY, INVARIANCE, OUTSIDE = "decay", "invariance", "not inside its box"
+
+
+def failure(
+    A: tuple[str, str], *, P: str = "1.21", d: str = "0", rate: str = "1", alpha: str = "1"
+) -> str:
+    """Return what fails of y' = a y + e with a in a range and |e| <= d, V = P y^2."""
+    low, high = ([[Fraction(end)]] for end in A)
+    return first_failure(
+        contraction(
+            [[Fraction(P)]], [(low, high)], [Fraction(d)], Fraction(rate), Fraction(alpha), "here"
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("changed", "fails"),
+    [
+        ({}, ""),
+        # V <= 1 reaches |y| = 1 / sqrt(P).
+        ({"P": "1.0000001"}, ""),
+        ({"P": "1"}, OUTSIDE),
+        # The rate of y' = -2 y is 2.
+        ({"rate": "1.9999999"}, ""),
+        ({"rate": "2"}, DECAY),
+        # (2 * 2 - alpha) alpha > P d^2: 3 > 1.21 d^2, and 3.9999 * 0.0001 is too little for it.
+        ({"d": "1.5745916"}, ""),
+        ({"d": "1.5745917"}, INVARIANCE),
+        ({"d": "0.1", "alpha": "3.9999"}, INVARIANCE),
+        ({"d": "0.1", "alpha": "3.9"}, ""),
+    ],
+)
+def test_one_state_at_its_thresholds(changed: dict[str, str], fails: str) -> None:
+    found = failure(("-2", "-2"), **changed)
+
+    assert fails in found and bool(fails) == bool(found)
+
+
+@pytest.mark.parametrize(("rate", "fails"), [("0.99", ""), ("1", DECAY)])
+def test_the_slowest_matrix_of_the_range_counts(rate: str, fails: str) -> None:
+    """a in [-3, -1] with V = y^2, nearly: the rate is that of a = -1, whichever end is which."""
+    found = failure(("-3", "-1"), P="1.0001", rate=rate, alpha="0.5")
+
+    assert fails in found and bool(fails) == bool(found)
+
+
+def test_every_corner_counts_and_eight_decimals_are_refused() -> None:
+    fast, slow = ([[Fraction(a)]] for a in (-2, 1))
+    for corners in ([(fast, fast), (slow, slow)], [(slow, slow), (fast, fast)]):
+        found = first_failure(
+            contraction([[Fraction(2)]], corners, [Fraction(0)], Fraction(1), Fraction(1), "here")
+        )
+        assert DECAY in found
+    with pytest.raises(CertificateError, match="here: .*seven decimals"):
+        failure(("-2.00000001", "-2"))
+
+
+def _fractions(values: Any) -> Any:
+    return np.vectorize(lambda x: Fraction(round(x * 10**7), 10**7), otypes=[object])(values)
+
+
+def sampled(n: int, rng: np.random.Generator) -> bool:
+    root = np.eye(n) * 1.1 + 0.15 * rng.normal(size=(n, n))
+    P = _fractions(root @ root.T + 0.1 * np.eye(n))
+    P = (P + P.T) / 2
+    centre = -np.eye(n) * rng.uniform(0.5, 2) + 0.4 * rng.normal(size=(n, n))
+    size = rng.uniform(0, 0.2) * rng.random((n, n))
+    low, high = _fractions(centre - size), _fractions(centre + size)
+    bound = _fractions(rng.uniform(0, 0.3, n))
+    rate, alpha = (Fraction(round(x * 1000), 1000) for x in rng.uniform(0.05, 0.8, 2))
+    if first_failure(
+        contraction(
+            P.tolist(), [(low.tolist(), high.tolist())], bound.tolist(), rate, alpha, "here"
+        )
+    ):
+        return False
+    p, least, most, d = (M.astype(float) for M in (P, low, high, bound))
+    assert np.linalg.inv(p).diagonal().max() <= 1
+    shape = np.linalg.inv(np.linalg.cholesky(p)).T
+    for _ in range(20):
+        A = np.where(rng.random((n, n)) < 0.5, least, most)
+        decays = p @ A + A.T @ p + 2 * float(rate) * p
+        assert np.linalg.eigvalsh(decays).max() < 1e-9
+        v = rng.normal(size=n)
+        y = shape @ v / np.linalg.norm(v)
+        for signs in product((1, -1), repeat=n):
+            assert 2 * y @ p @ (A @ y + np.array(signs) * d) < 1e-9
+    return True
+
+
+@pytest.mark.parametrize("n", [2, 3, 4])
+def test_what_is_proved_holds_of_sampled_matrices_and_disturbances(n: int) -> None:
+    """V' <= -2 rho V without disturbance, and V' < 0 on V = 1 with the worst one, in floats."""
+    rng = np.random.default_rng(n)
+
+    proved = [sampled(n, rng) for _ in range(60)]
+
+    assert 5 < sum(proved) < 55, sum(proved)

@@ -33,14 +33,12 @@ OPTIONAL: dict[str, set[Way]] = {
 
 
 def listed(kind: str) -> first.Members:
-    """Return the members of a kind's claims."""
     found: first.Members = claim_kinds.class_of(kind).members
     return found
 
 
 @cache
 def claims() -> dict[str, Any]:
-    """Return a claim of every kind that takagi wrote."""
     found: dict[str, Any] = {}
     for name in inputs.LAWS:
         for claim in inputs.document(name)["claims"]:
@@ -51,7 +49,6 @@ def claims() -> dict[str, Any]:
 
 
 def objects(value: Any, way: Way = ()) -> Iterator[tuple[Way, Any]]:
-    """Yield every object in a value, and the names that lead to it; of a list the first entry."""
     if isinstance(value, list) and value:
         yield from objects(value[0], way)
     elif isinstance(value, dict):
@@ -61,7 +58,6 @@ def objects(value: Any, way: Way = ()) -> Iterator[tuple[Way, Any]]:
 
 
 def ways(known: first.Members, way: Way = ()) -> Iterator[Way]:
-    """Yield the names that lead to every member of the first checker's list."""
     for name, inner in known.items():
         yield (*way, name)
         if inner is None:
@@ -83,7 +79,6 @@ def test_a_claim_that_takagi_wrote_has_the_listed_members(kind: str) -> None:
 @pytest.mark.parametrize("value", [0, None, {}, []], ids=str)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_further_member_is_refused_at_every_place(kind: str, value: Any) -> None:
-    """But in multipliers, whose readers know the names of the factors."""
     claim = claims()[kind]
     places = [way for way, _ in objects(claim) if "multipliers" not in way]
     assert places

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.claims.turbine.published import PublishedCell, PublishedSearch
-from takagi.models import ModelError, nrel5mw
+from takagi.models import nrel5mw
 from takagi.models.laws.published.law import (
     PublishedLaw,
     equilibrium,
@@ -123,16 +123,3 @@ def test_the_field_at_the_centre_is_within_its_bound(wind: float) -> None:
         middle = cell.centre[0] + t * (cell.centre[1] - cell.centre[0])
         found = np.abs(loop_rate(law, float(v), middle)) / cell.box
         assert np.all(found <= cell.disturbance + 1e-6)
-
-
-def test_what_no_enclosure_covers_is_refused() -> None:
-    """The filter's other variant, and gains that depend on the premise d."""
-    with pytest.raises(ModelError, match="saturated"):
-        PublishedSearch.of(make_law("sector"))
-    law = make_law()
-    tilted = regional_schedule(
-        TURBINE, law.partial.model, k_x=-8e4 - np.arange(4.0)[:, None], k_I=-9e3 * np.ones(4)
-    )
-    other = published_law(TURBINE, partial=tilted, full=law.full, coupling=law.coupling)
-    with pytest.raises(ModelError, match="corners of d"):
-        PublishedSearch.of(other)

@@ -262,7 +262,6 @@ SOME = [F(1, 4), F(1, 20), F(1, 100)]
 
 
 def fastest_growth(document: Any, wind: float) -> float:
-    """Return the largest real part of the linear loop's eigenvalues, by differences [1/s]."""
     nodes = document["gains"]["wind"]
     k = int(np.searchsorted(nodes, wind))
     claim = document["claims"][0] | {"cells": [{"wind": [nodes[k - 1], nodes[k]]}]}
@@ -327,7 +326,6 @@ def test_no_claim_without_observer_filters_or_function(document: dict[str, Any])
 
 
 def is_definite(matrix: list[list[int]]) -> bool:
-    """Return whether a matrix is shown to be positive definite."""
     return rounded_form(matrix).is_positive_definite
 
 

@@ -11,7 +11,6 @@ import sympy as sp
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.plant_embedding import (
     embedding_claim,
@@ -30,8 +29,8 @@ from takagi.models import (
     sector_model,
     table_function,
 )
+from tests.certificates.kinds.claims import Data, sealed
 
-Data = dict[str, Any]
 x, u, w = sp.symbols("x u w", real=True)
 GAINS = [[[1.0]], [[1.5]]]
 SET = {"P": [[1]], "level": 1, "multiplier": 0.5}
@@ -81,7 +80,6 @@ EVIDENCE: dict[str, Data] = {
 
 
 def claim_of(kind: str, **members: Any) -> Data:
-    """Return a claim of a kind, or of a variant of it, for that state."""
     claim = {"name": "cell", "kind": kind.partition(",")[0], **EVIDENCE.get(kind, {})}
     return claim | members
 
@@ -123,7 +121,6 @@ def _vertices(form: str) -> tuple[Data, Data]:
 
 
 def column(form: str) -> tuple[Data, Data, list[Data]]:
-    """Return (model, law, claims that go first) for a kind of weights."""
     if form in ("shared", "own"):
         return (*_vertices(form), [])
     model = cubic(form)
@@ -133,7 +130,6 @@ def column(form: str) -> tuple[Data, Data, list[Data]]:
 
 
 def observed(kind: str, form: str, parts: tuple[Data, Data, list[Data]]) -> Any:
-    """Return (model, law, claims that go first) with the observer or slopes that a kind needs."""
     model, law, before = parts
     at_estimate = kind.endswith("by estimate")
     if not (kind.startswith("observed-loop") or kind == "slope-embedding"):
@@ -156,19 +152,18 @@ def cell_document(kind: str, form: str) -> Data:
     model, law, before = observed(kind, form, column(form))
     gains = None if (kind, form) in LAWLESS else law
     claims = [*before, claim_of(kind)]
-    return certificate_document(model=model, gains=gains, claims=claims, provenance={})
+    return sealed(model, gains, *claims)
 
 
 def plant_document(
     model: TSModel, claim: Data, gains: Any = None, *, law: Data | None = None
 ) -> Data:
-    """Return a certificate of a plant's model with one claim, written by hand."""
     data = plant_data(model)
     if gains is not None:
         law = pdc_law_data(model, np.array(gains, dtype=float)) | law_members(data)
     named = {"name": claim["kind"], **claim}
     claims = [embedding_claim(model), named]
-    return certificate_document(model=data, gains=law, claims=claims, provenance={})
+    return sealed(data, law, *claims)
 
 
 @cache
@@ -188,7 +183,6 @@ def sampled() -> TSModel:
 
 
 def verdicts(document: Data) -> list[str]:
-    """Return the verdict on each claim; where the file is refused REFUSED, and why."""
     try:
         return [claim.verdict.name for claim in check_document(document).claims]
     except CertificateError as error:

@@ -38,7 +38,6 @@ def cells() -> Iterator[tuple[str, str, str]]:
 
 
 def test_every_kind_has_a_row() -> None:
-    """A new kind of claim has to say what it means for each kind of weights."""
     named = {kind.partition(",")[0] for kind in table.CELLS}
 
     assert named == READ

@@ -440,6 +440,25 @@ def test_a_matrix_on_all_blocks_keeps_the_blocks() -> None:
     assert np.allclose(lmi_value(lmi, X, {}) - lmi_value(lmi, without, {}), 3 * E @ E.T)
 
 
+@pytest.mark.parametrize(
+    ("side", "text"),
+    [("right", r"u E A"), ("both", r"A^\top u E A"), ("turned", r"u A^\top E A")],
+)
+def test_a_number_times_a_matrix_is_printed_in_the_order_of_its_factors(
+    side: str, text: str
+) -> None:
+    matrix_A, E = matrix(A[0], "A"), matrix(np.diag([1.0, 2.0]), "E")
+    scaled = Unknown("u", 1, 1) * E
+    both = matrix_A.T @ scaled @ matrix_A
+    total = {"right": He(scaled @ matrix_A), "both": both, "turned": both.T}[side]
+    condition = pose((total << 0).named("x"))
+    assert rf"{text}\right" in latex(condition) or f"& {text} \\prec" in latex(condition)
+    value = lmi_value(condition.lmis[0], {"u": np.array([[[3.0]]])}, {})[0]
+    product = 3 * np.diag([1.0, 2.0]) @ A[0]
+    expected = product + product.T if side == "right" else A[0].T @ product
+    assert np.allclose(value, expected)
+
+
 def test_a_double_sum_is_theta_at_every_pair_of_rules() -> None:
     A_i, B_i = matrix(A, "A_{i}", over="i"), matrix(EACH, "B_{i}", over="i")
     gains = np.arange(4.0).reshape(2, 1, 2)

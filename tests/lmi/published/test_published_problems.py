@@ -15,7 +15,6 @@ pytestmark = pytest.mark.numeric
 published = catalogue("catalogue.published")
 # Found by the tests that are named, from both sides or as a bound, not as one number.
 FROM_BOTH_SIDES = {
-    "sp-mixed-sensitivity",
     "rolmip-massspring-g1-claim",
     "ac15-sof",
     "compleib-sof",

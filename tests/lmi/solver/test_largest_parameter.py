@@ -24,7 +24,7 @@ from takagi.lmi import (
 )
 from takagi.lmi.gains.requirements.limits import limits_of
 from takagi.lmi.parameter_search.largest_parameter import adjoint, excluded_from
-from takagi.lmi.parameter_search.parameter_path import ParameterPencil
+from takagi.lmi.parameter_search.parameter_pencil import ParameterPencil
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import feasp_triple, tanaka_wang_rules
 

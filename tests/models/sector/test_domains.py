@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates.document.model_data import ts_model_data
 from takagi.certificates.document.plant_embedding import is_embedded
-from takagi.lmi.gains.attraction.request import state_box_of
+from takagi.lmi.gains.attraction.condition import state_box_of
 from takagi.models import (
     Cell,
     Domain,
