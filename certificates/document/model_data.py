@@ -145,6 +145,6 @@ def stack_of(matrices: Iterable[Matrix]) -> Floats:
     return np.array([floats(matrix) for matrix in matrices])
 
 
-def as_read(evidence: Mapping[str, Any]) -> dict[str, Any]:
-    """Return plain data as the checker reads it from a file."""
-    return read_text(json.dumps(evidence), "evidence")
+def as_read(data: Mapping[str, Any], source: str = "candidate") -> dict[str, Any]:
+    """Return plain data as the checker reads it from a file; ``source`` is named in a refusal."""
+    return read_text(json.dumps(data), source)

@@ -11,17 +11,15 @@ with its two actuators.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
-from takagi.certificates.document.model_data import rounded_up
+from takagi.certificates.document.model_data import as_read, rounded_up
 from takagi.models.arrays import Floats
 from takagi.models.blending.blending import EFFORT, RATE, SHARE
 from takagi.models.errors import ModelError
@@ -274,7 +272,7 @@ def _embedding(model: TSModel, form: SymbolicForm) -> dict[str, Any]:
 
 def _check_vertices(model: TSModel, data: Mapping[str, Any]) -> None:
     """Refuse what the checker cannot read, and a model whose vertices are not those of the data."""
-    read = read_text(json.dumps({"model": data}), "model")["model"]
+    read = as_read({"model": data}, "model")["model"]
     try:
         loop = plant_loop(read)
     except CertificateError as error:
@@ -447,7 +445,7 @@ def bumpless_claim(
         low, high = (_command_rate(model, blending, actuator) for actuator in blending.actuators)
         name = f"{model.name or 'the plant'}: neither actuator jumps"
         claim = {"name": name, "kind": "bumpless", "low": low, "high": high}
-        read = read_text(json.dumps({"model": data, "claims": [claim]}), "candidate")
+        read = as_read({"model": data, "claims": [claim]})
         why = PlantBumpless.read(read["claims"][0], read, "claims[0]").failure()
     except (ModelError, CertificateError) as error:
         why = str(error)

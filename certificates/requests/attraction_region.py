@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -10,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.plant.attraction_region import polynomial_loop
 from takagi.certificates.checker.plant.polynomial import Polynomial
 from takagi.certificates.checker.plant.reading import Variable, read_plant
-from takagi.certificates.document.model_data import rounded_down, short
+from takagi.certificates.document.model_data import as_read, rounded_down, short
 from takagi.certificates.requests.invariant_ellipsoid import set_in_floats
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt
@@ -94,7 +92,7 @@ def require_polynomial(model_data: Any, name: str) -> None:
     try:
         if model_data is None:
             raise Refused("it cannot be written into a certificate")
-        model = read_text(json.dumps(model_data), "model")
+        model = as_read(model_data, "model")
         polynomial_loop(read_plant(model, "model"), model, None)
     except (Refused, CertificateError) as error:
         raise ModelError(

@@ -10,7 +10,6 @@ piece.  A corner of a piece at which P(h) fails is added to the blends of the se
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -19,12 +18,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.fuzzy_decay import FuzzyDecay as CheckedFuzzyDecay
 from takagi.certificates.checker.kinds.simplex_polynomial import Polynomial
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.document.model_data import DIGITS, rounded_down, rounded_up, short
+from takagi.certificates.document.model_data import DIGITS, as_read, rounded_down, rounded_up, short
 from takagi.certificates.requests.channel_norms import Output, channel_evidence
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.weight_pieces import (
@@ -192,7 +190,7 @@ def cut(claim: dict[str, Any], exact: PolytopicLoop) -> tuple[list[list[int]], l
     And the blends at which P(h) fails.  The longest edges are cut first.
     """
     try:
-        read = CheckedFuzzyDecay.read(read_text(json.dumps(claim), "claim"), exact, "claim")
+        read = CheckedFuzzyDecay.read(as_read(claim, "claim"), exact, "claim")
         conditions = [X for X, _ in read.conditions()]
     except CertificateError:
         return [], []

@@ -130,6 +130,7 @@ def test_a_law_that_is_worse_says_in_what_and_what_to_ask_for() -> None:
     assert 0.12 <= float(claim["disturbance_bounds"][0]) / 0.05 < 0.2
 
 
+@pytest.mark.slow
 @pytest.mark.numeric
 @pytest.mark.parametrize(("text", "lqr"), [(SQUARE, True), (TWO_TANKS, False)])
 def test_references_jump_no_less_far_than_with_the_regulator(
@@ -156,6 +157,7 @@ def test_references_jump_no_less_far_than_with_the_regulator(
     assert jumps[0] >= 0.99 * jumps[1]
 
 
+@pytest.mark.slow
 @pytest.mark.numeric
 def test_an_observer_is_no_worse_than_a_kalman_filter_with_the_regulator() -> None:
     """The built-in flexible link: set, settling and disk margin, beside python-control's LQG."""

@@ -255,7 +255,7 @@ def test_the_pieces_are_what_shows_it(name: str) -> None:
     assert claim["halvings"]
 
     whole = {key: value for key, value in claim.items() if key != "halvings"}
-    assert verdicts(resealed(document | {"claims": [whole]})) == ["UNDECIDED"]
+    assert verdicts(resealed({**document, "claims": [whole]})) == ["UNDECIDED"]
 
 
 @pytest.mark.slow

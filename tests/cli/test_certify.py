@@ -363,7 +363,11 @@ def test_a_sample_time_that_is_too_large(tmp_path: Path, capsys: Capture) -> Non
 
 
 TURBINE = nrel5mw()
-DEFAULTS = {"torque_setpoint": None, "effectiveness_share": 1.0, "wind_filter": 12.0}
+DEFAULTS: dict[str, Any] = {
+    "torque_setpoint": None,
+    "effectiveness_share": 1.0,
+    "wind_filter": 12.0,
+}
 DEFAULTS |= {"ramp_shape": "smooth", "ramp_placement": 0.0, "speed_filter": 30.0}
 
 

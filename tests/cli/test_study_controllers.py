@@ -106,6 +106,7 @@ def test_without_the_package_a_sentence_says_what_to_install(
     assert "pip install 'takagi[compare]'" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @with_rosco
 def test_the_toolbox_makes_what_the_package_ships() -> None:
     """With the package's bandwidth, from the figures here: the same gains, to 1 %."""
@@ -152,7 +153,7 @@ def test_a_file_for_another_machine_is_refused(tmp_path: Path, capsys: Capture) 
         filed_tuning(tmp_path / "absent")
 
 
-OVERLAP = ("--over", "speed-overlap=0,0.5", "--over", "wind=9,12", "--duration", "10")
+OVERLAP = "--over speed-overlap=0,0.5 --over wind=9,12 --duration 10 --seeds 1".split()
 
 
 @pytest.fixture(scope="module")

@@ -197,15 +197,13 @@ def test_memberships_are_vectorised_over_a_map() -> None:
 
 @pytest.mark.parametrize("shape", get_args(Shape))
 def test_sector_slope_exceeds_one(shape: Shape) -> None:
-    """The pass-through below T_min costs a slope > 1: stated, attained, and nowhere exceeded."""
+    """The pass-through below T_min costs a slope > 1, and a slope < 0 above it."""
     law = coupling_filter(TURBINE, variant="sector", torque_shape=shape)
-    low, high = law.torque_slope_range
     torque = np.linspace(0, RATED_TORQUE, 200_001)
     slope = np.diff(torque_factor(law, torque) * torque) / np.diff(torque)
 
-    assert high > 1 + (RATED_TORQUE - law.minimum_torque) / law.torque_overlap
-    assert float(slope.max()) == pytest.approx(high, rel=1e-3)
-    assert float(slope.min()) == pytest.approx(low, abs=1e-3)
+    assert float(slope.max()) > 1 + (RATED_TORQUE - law.minimum_torque) / law.torque_overlap
+    assert float(slope.min()) < 0
 
 
 @pytest.mark.parametrize(("shape", "dip"), [("linear", 0.0), ("smooth", 2000.0 * 3**0.5 / 18)])
@@ -228,7 +226,6 @@ def test_saturated_slope_stays_in_zero_to_one(overlap: float, a: float, b: float
     x, y = sorted((a * TOP, b * TOP))
     rise = law.factors_at(1.0, y)[0] * y - law.factors_at(1.0, x)[0] * x
 
-    assert law.torque_slope_range == (0.0, 1.0)
     assert -1e-9 <= rise <= (y - x) + 1e-9
 
 

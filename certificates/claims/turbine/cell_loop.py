@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from math import ceil, floor
 from typing import Any
 
@@ -26,11 +27,8 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Box, Law, 
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 from takagi.certificates.checker.turbine.effort_sharing.wind_cell import NIL
 from takagi.certificates.checker.turbine.rotor import Plant
-from takagi.certificates.document.certificate_file import (
-    as_read,
-    effort_sharing_law_data,
-    turbine_data,
-)
+from takagi.certificates.document.certificate_file import effort_sharing_law_data, turbine_data
+from takagi.certificates.document.model_data import as_read
 from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, largest_scale
 from takagi.models.arrays import Floats
@@ -71,7 +69,6 @@ class CellLoop:
 
     def __init__(self, subject: Subject, k: int, residual: Fraction | None = None) -> None:
         self._subject, self._k, self._residual = subject, k, residual
-        self._at_rest: LoopCell | None = None
         resting = self._moving(NIL)
         self.wind = Interval(*resting.winds)
         self.gamma = Interval(*resting.over(subject.law.gamma))
@@ -88,9 +85,6 @@ class CellLoop:
         speed = exact(rate)
         if speed < 0:
             raise ModelError(f"wind rate {float(speed):g} m/s^2 was given; it must not be negative")
-        # Most of the enclosure does not depend on the rate; it is computed once.
-        if self._at_rest is None:
-            self._at_rest = self._resting()
         disturbance = _bound(self._moving(speed).lag_disturbance())
         return replace(self._at_rest, wind_rate=speed, lag_disturbance=disturbance)
 
@@ -102,7 +96,9 @@ class CellLoop:
     def _moving(self, rate: Fraction) -> Loop:
         return Loop(self._subject, self._k, rate)
 
-    def _resting(self) -> LoopCell:
+    # Most of the enclosure does not depend on the rate; it is computed once.
+    @cached_property
+    def _at_rest(self) -> LoopCell:
         loop, law = self._within_limits(), self._subject.law
         try:
             members: dict[str, Any] = {}

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, NODES, RANGES
 from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.certificates.claims.turbine.cell_loop import (
     EffortSharingCandidate,
@@ -87,11 +88,7 @@ def effort_sharing_candidate(
     middle = np.array([float(loop.wind.centre) for loop in loops])
     error = np.interp(middle, shape.wind, shape.error)
     asked = (box, uncertainty, loops)
-    inside = P is not None and float(np.linalg.eigvalsh(P)[0]) > 0
-    if P is not None and inside:
-        h = box.directions
-        inside = bool(np.all(np.einsum("di,ij,dj->d", h, np.linalg.inv(P), h) <= 1))
-    if P is not None and inside:
+    if P is not None and np.linalg.eigvalsh(P)[0] > 0 and _reaches(P, box.directions).max() <= 1:
         with_given = largest_wind_errors(P, *asked, cell_rates, error, tell=say)
         if with_given.wind_error.min() > 0:
             return with_given
@@ -174,37 +171,25 @@ def _name(candidate: EffortSharingCandidate) -> str:
 
 def _peaks(P: Floats) -> dict[str, float]:
     """Return max |h x| over x'Px <= 1 = sqrt(h P^-1 h'), rounded up."""
-    inverse = np.linalg.inv(P)
-    rows = {
-        "speed_error": np.array([1, 0, 0]),
-        "effort_lag": np.array([0, 1, 0]),
-        "speed_signal": np.array([1, 0, -1]),
-        "integral": np.array([0, 0, 1]),
-    }
-    return {
-        # Rounded up after a small margin, because the exact peak must not exceed the stated one.
-        name: math.ceil(float(np.sqrt(h @ inverse @ h)) * (1 + 1e-6) * 1e7) / 1e7
-        for name, h in rows.items()
-    }
+    names = ("speed_error", "effort_lag", "speed_signal", "integral")
+    reaches = np.sqrt(_reaches(P, np.array([[1, 0, 0], [0, 1, 0], [1, 0, -1], [0, 0, 1]])))
+    # Rounded up after a small margin, because the exact peak must not exceed the stated one.
+    peaks = np.ceil(reaches * (1 + 1e-6) * 1e7) / 1e7
+    return dict(zip(names, peaks.tolist(), strict=True))
 
 
-RANGES = (
-    *("wind", "effectiveness_limit", "stiffness", "loop_gain", "lag_gain", "share_gain"),
-    "lag_rate",
-)
-SIZES = (
-    *("residual", "wind_gain", "inertia_gain", "effectiveness_slope", "reference_slope"),
-    "lag_disturbance",
-)
+def _reaches(P: Floats, rows: Floats) -> Floats:
+    """Return h P^-1 h' of each row, the square of the largest h x over the set of P."""
+    return np.asarray(np.einsum("di,ij,dj->d", rows, np.linalg.inv(P), rows))
 
 
 def _cell(candidate: EffortSharingCandidate, k: int) -> dict[str, Any]:
     cell = candidate.cells[k]
-    ranges: dict[str, Interval] = {name: getattr(cell, name) for name in RANGES}
+    ranges: dict[str, Interval] = {name: getattr(cell, name) for name in (*NODES, *RANGES)}
     stated: dict[str, Any] = {
         name: [float(range_.lower), float(range_.upper)] for name, range_ in ranges.items()
     }
-    stated |= {name: float(getattr(cell, name)) for name in SIZES}
+    stated |= {name: float(getattr(cell, name)) for name in BOUNDS}
     stated["integral_rate"] = float(cell.integral_rate.lower)
     stated["multiplier"] = float(candidate.multipliers[k])
     for name in ("wind_error", "wind_rate", "decay_rate"):

@@ -22,7 +22,6 @@ this phi the largest r that satisfies the claim's inequalities, by a linear prog
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -35,7 +34,7 @@ import numpy as np
 
 from takagi.certificates.checker.kernel.claim_kind import ClaimKind, Outcome
 from takagi.certificates.checker.kernel.obligation import Obligations, first_failure
-from takagi.certificates.checker.kernel.reader import number, read_text
+from takagi.certificates.checker.kernel.reader import number
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.turbine.effort_sharing.bumpless import NAME, cell_rates
@@ -52,6 +51,7 @@ from takagi.certificates.document.certificate_file import (
     provenance,
     turbine_data,
 )
+from takagi.certificates.document.model_data import as_read
 from takagi.models.arrays import Floats
 from takagi.models.intervals.interval import exact
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
@@ -290,7 +290,7 @@ def _unless_open(
         if claim is None:
             return None, "nothing to claim"
         members = {"model": model, "gains": gains, "claims": [*earlier, claim]}
-        data, index = read_text(json.dumps(members), "candidate"), len(earlier)
+        data, index = as_read(members), len(earlier)
         below = [Outcome(_TakenAsProved()) for _ in earlier]
         why = replay(data["claims"][index], data, None, below, f"claims[{index}]").failure
     except Refused as reason:
@@ -319,7 +319,7 @@ def bumpless_claim(
 ) -> dict[str, Any]:
     """Return the claim as plain data; a cell's rates are the least bounds that hold."""
     members = {"model": dict(model), "gains": dict(gains), "loop": dict(loop)}
-    data = read_text(json.dumps(members), "candidate")
+    data = as_read(members)
     subject = Subject.read(data["loop"], data["model"], data["gains"], "loop")
     P = np.linalg.inv(np.array(loop["P"], dtype=np.float64))
     pitch_limit = number(data["model"], "pitch_rate_limit", "model")
@@ -347,7 +347,7 @@ def published_bumpless_claim(
     ``loop`` : the claim of kind ``paper-loop``, the first of the file.
     """
     members = {"model": dict(model), "gains": dict(gains), "claims": [dict(loop)]}
-    data = read_text(json.dumps(members), "candidate")
+    data = as_read(members)
     stated = PublishedLoop.read(data["claims"][0], data, (), "claims[0]")
     cells = [
         {name: float(_up(rate)) for name, rate in zip(RATES, command_rates(stated, c), strict=True)}

@@ -9,7 +9,6 @@ Ranges of the loop are the checker's; P is sought in floating point.  The checke
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,12 +19,12 @@ from typing import Any, TypeVar
 import numpy as np
 
 from takagi.certificates.checker.arithmetic.interval import ONE
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.turbine.published.inputs import PublishedLaw as CheckedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends, field_at_centre, jacobians
 from takagi.certificates.checker.turbine.rotor import Plant
 from takagi.certificates.document.certificate_file import published_law_data, turbine_data
+from takagi.certificates.document.model_data import as_read
 from takagi.lmi.analysis.invariant_ellipsoid import contraction, lyapunov_candidates
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -294,13 +293,13 @@ def wind_breaks(law: CheckedLaw, radius: Fraction, low: float, high: float) -> l
 
 @lru_cache(maxsize=4)
 def _plant(turbine: Turbine) -> Plant:
-    return Plant.read(read_text(json.dumps(turbine_data(turbine, ())), "model"))
+    return Plant.read(as_read(turbine_data(turbine, ()), "model"))
 
 
 @lru_cache(maxsize=1)
 def _stated(law: PublishedLaw) -> CheckedLaw:
     try:
-        return CheckedLaw.read(read_text(json.dumps(published_law_data(law)), "gains"))
+        return CheckedLaw.read(as_read(published_law_data(law), "gains"))
     except CertificateError as error:
         raise ModelError(f"no claim can be made of this law: {error}") from error
 

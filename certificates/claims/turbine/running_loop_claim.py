@@ -24,7 +24,6 @@ becomes very small.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
@@ -36,7 +35,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from takagi.certificates.checker.kernel.obligation import first_failure
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.rotor import Plant
@@ -57,7 +55,8 @@ from takagi.certificates.checker.turbine.running_loop.running_claim import (
 )
 from takagi.certificates.checker.turbine.turbine_claim import refusal_fails
 from takagi.certificates.claims.turbine.published import merged
-from takagi.lmi.cone.cone_program import Cone, ConeProgram
+from takagi.certificates.document.model_data import as_read
+from takagi.lmi.cone.cone_program import Cone, ConeProgram, pack
 from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -235,8 +234,7 @@ def _largest_set(
     unknowns = np.eye(int(ends[-1]) + 1)
     rows = [np.einsum("ri,ij,rj->r", boxes, split(y)[0], boxes) for y in unknowns]
     columns = [
-        np.concatenate([row, *map(_packed, sides(y))])
-        for row, y in zip(rows, unknowns, strict=True)
+        np.concatenate([row, *map(pack, sides(y))]) for row, y in zip(rows, unknowns, strict=True)
     ]
     orders = [*map(len, sides(unknowns[0]))]
     offsets = np.cumsum([0, *(m * (m + 1) // 2 for m in orders)]).tolist()
@@ -264,14 +262,6 @@ def _piece(rates: Floats, outer: Floats, Q: Floats, s: Floats, decay: float) -> 
     M += along * s @ along.T
     M[n:, n:] -= (1 - MARGIN) * np.diag(s)
     return np.asarray(M)
-
-
-def _packed(matrix: Floats) -> Floats:
-    """Return the upper triangle by columns, off-diagonal entries times sqrt(2)."""
-    n = len(matrix)
-    columns, rows = np.tril_indices(n)
-    factor = np.where(rows == columns, 1.0, np.sqrt(2.0))
-    return np.asarray(matrix[rows, columns] * factor)
 
 
 # The required decay rate [1/s], and the wake's length over the rotor's radius: 40 to 80 m for a
@@ -348,7 +338,7 @@ def loop_subject(
     model: Mapping[str, Any], gains: Mapping[str, Any], claim: Mapping[str, Any]
 ) -> Subject:
     """Return turbine, law and machine as the checker reads them; ``claim`` needs no cells."""
-    data = read_text(json.dumps({"model": model, "gains": gains, "claim": claim}), "candidate")
+    data = as_read({"model": model, "gains": gains, "claim": claim})
     machine = Machine.read(data["claim"], data["model"], data["gains"], "claim")
     plant, law = Plant.read(data["model"]), Law.read(data["gains"])
     return Subject(plant, law, machine, Fraction(str(claim["decay_rate"])))

@@ -8,7 +8,6 @@ proved here.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from itertools import product
@@ -17,12 +16,11 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, SetpointRange
 from takagi.certificates.checker.turbine.effort_sharing.set_points import NAME, Box, Cell, CellLoop
 from takagi.certificates.checker.turbine.rotor import Plant, Span
-from takagi.certificates.document.model_data import floats
+from takagi.certificates.document.model_data import as_read, floats
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -73,7 +71,7 @@ class _Search:
         model: Mapping[str, Any],
         gains: Mapping[str, Any],
     ) -> None:
-        data = read_text(json.dumps({"model": model, "gains": gains}), "candidate")
+        data = as_read({"model": model, "gains": gains})
         self.turbine, self.schedule = turbine, law.schedule
         self.plant, self.law = Plant.read(data["model"]), Law.read(data["gains"])
         if self.law.setpoints is None:
@@ -100,15 +98,14 @@ class _Search:
             shares = [float(high - low) for low, high in box] / np.array(self.widths)
             side = int(shares.argmax())
             undivided = shares[side] < LEAST_WIDTH or len(waiting) + count + 2 > MOST_BESIDE
-            if cell is not None and (undivided or cell["decay_rate"] >= ENOUGH):
+            if not undivided and (cell is None or cell["decay_rate"] < ENOUGH):
+                low, high = box[side]
+                middle = exact(round(float(low + high) / 2, DIGITS))
+                for half in ((low, middle), (middle, high)):
+                    waiting.append((*box[:side], half, *box[side + 1 :]))  # type: ignore[arg-type]
+            elif cell is not None:
                 count += 1
                 yield cell
-            if undivided or cell is not None and cell["decay_rate"] >= ENOUGH:
-                continue
-            low, high = box[side]
-            middle = exact(round(float(low + high) / 2, DIGITS))
-            for half in ((low, middle), (middle, high)):
-                waiting.append((*box[:side], half, *box[side + 1 :]))  # type: ignore[arg-type]
 
     def _cell(self, box: Box) -> dict[str, Any] | None:
         try:

@@ -53,7 +53,6 @@ from takagi.models.plant.plant import Plant, Variable, file_unit, rate_in_file_u
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.plant.plant import Variable
     from takagi.models.ts.model import TSModel
 
 # Members of the law that must agree with the plant, whatever the premises are.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +24,7 @@ from takagi.certificates.design.design import Tell
 from takagi.certificates.design.turbine.effort_sharing_gains import widened
 from takagi.certificates.design.turbine.scale import scaled_box
 from takagi.certificates.document.certificate_file import published_law_data
+from takagi.certificates.document.model_data import as_read
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import (
     EffortGains,
@@ -319,9 +319,8 @@ def _schedules(
 def _require_same(law: Mapping[str, Any], stated: Any, path: Path) -> None:
     """Refuse a file whose tables are another turbine's, or another version's."""
     from takagi.certificates.checker.files.differences import differences_between, shown
-    from takagi.certificates.checker.kernel.reader import read_text
 
-    read = read_text(json.dumps({"law": law}), "law")["law"]
+    read = as_read({"law": law}, "law")["law"]
     for difference in differences_between(read, stated):
         expected, there = shown(difference)
         raise CertificateError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, product
@@ -11,13 +10,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.loop.averages import why_averages_fail
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.replay.loop_reading import read_model_loop
-from takagi.certificates.document.model_data import pdc_law_data, ts_model_data
+from takagi.certificates.document.model_data import as_read, pdc_law_data, ts_model_data
 from takagi.certificates.document.plant_embedding import law_members
 from takagi.certificates.requests.loop.weight_pieces import Cuts, Point, loop_at, weights_at
 from takagi.models.arrays import Floats, Indices
@@ -189,7 +187,7 @@ class ClaimedLoop:
         ------
         CertificateError : the claim is malformed.
         """
-        read = read_text(json.dumps(claim), "claim")
+        read = as_read(claim, "claim")
         data = self.written if of_plant else None
         return replay(read, data, self.exact, [], "claim").in_words()
 
@@ -197,14 +195,14 @@ class ClaimedLoop:
     def written(self) -> dict[str, Any]:
         """Model and law as the checker reads them from the file."""
         members = {"model": self.model_data, "gains": self.gains_data}
-        return read_text(json.dumps(members), "claim")
+        return as_read(members, "claim")
 
     def with_pieces(self, claim: Mapping[str, Any]) -> tuple[Mapping[str, Any], Claim]:
         """Return a claim with the pieces of the weights that it needs, and the verdict on it."""
         checked = self.replay(claim)
         if self.cuts is None or checked.verdict is not Verdict.UNDECIDED:
             return claim, checked
-        halvings = self.cuts.halvings(read_text(json.dumps(claim), "claim"), self.exact)
+        halvings = self.cuts.halvings(as_read(claim, "claim"), self.exact)
         claim_on_pieces = {**claim, "halvings": halvings}
         return (claim_on_pieces, self.replay(claim_on_pieces)) if halvings else (claim, checked)
 
@@ -220,7 +218,7 @@ class ClaimedLoop:
 
 
 def _read(data: Mapping[str, Any] | None) -> Any:
-    return None if data is None else read_text(json.dumps(data), "model or gains")
+    return None if data is None else as_read(data, "model or gains")
 
 
 def _gains(model: TSModel, gains: ArrayLike, *, law_rules: bool) -> Floats:

@@ -191,7 +191,8 @@ def test_another_file_is_told_apart(change: str, tmp_path: Path) -> None:
     model = read_text(json.dumps(design().document["model"]), "model")
     plant_of(tmp_path, a="direction = -1, -> direction = -1.0,")
     assert compare_plant(model, tmp_path / "room.toml") == ""
-    (tmp_path / "room.toml").write_text(ROOM.replace(*change.split(" -> "), 1), encoding="utf-8")
+    old, new = change.split(" -> ")
+    (tmp_path / "room.toml").write_text(ROOM.replace(old, new, 1), encoding="utf-8")
     words = (
         "the rest of heating is 0.1 there" if "rest" in change else "not the certificate's plant"
     )

@@ -22,11 +22,10 @@ from takagi.certificates.design.plant.design import certify_plant, design_plant
 from takagi.certificates.document.certificate_file import dumps
 from takagi.models import ModelError
 from takagi.models.plant.design_settings import PlantSettings
-from tests.certificates.kinds.claims import verdicts
+from tests.certificates.kinds.claims import Data, verdicts
 from tests.certificates.kinds.tracking_documents import (
     ARM,
     GAINS,
-    Data,
     arm,
     at,
     changed,

@@ -109,6 +109,7 @@ def test_a_client_that_is_gone(tmp_path: Path) -> None:
     assert same_as_alone(results, tmp_path / "alone")
 
 
+@pytest.mark.slow
 def test_a_turbine_goes_to_the_workers_with_the_task(tmp_path: Path) -> None:
     """A worker has no file system in common with this machine; an error is the task's alone."""
     turbine = nrel5mw()
@@ -120,6 +121,7 @@ def test_a_turbine_goes_to_the_workers_with_the_task(tmp_path: Path) -> None:
     assert failed == {"error": "ZeroDivisionError: a fault"}
 
 
+@pytest.mark.slow
 def test_a_worker_of_another_release_is_refused(tmp_path: Path) -> None:
     """Before a task is computed; the words name the library and both versions."""
     other = tmp_path / "other" / "takagi-0.0.9.dist-info"

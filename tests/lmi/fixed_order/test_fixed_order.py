@@ -20,6 +20,7 @@ from takagi.lmi import (
 )
 from takagi.lmi.analysis.disturbance.loop_norm import largest_gain, response
 from takagi.models import Floats, ModelError
+from takagi.models.arrays import Complex
 from tests.lmi.fixed_order.plants import PRINTED, best_of_hifoo, hifoo, names, plant
 from tests.lmi.norms import hamiltonian_norm
 
@@ -292,7 +293,8 @@ def test_a_peak_a_little_above_the_direct_term_is_found() -> None:
         system.C1 + system.D12 @ F @ system.C2,
         system.D11 + system.D12 @ F @ system.D21,
     )
-    seen = np.linalg.norm(response(*loop, 1j * np.logspace(-4, 4, 20001)), 2, axis=(1, 2)).max()
+    points: Complex = np.asarray(1j * np.logspace(-4, 4, 20001), dtype=np.complex128)
+    seen = np.linalg.norm(response(*loop, points), 2, axis=(1, 2)).max()
 
     assert np.linalg.norm(loop[3], 2) < seen <= largest_gain(*loop).gain <= seen * (1 + 1e-4)
 
