@@ -202,7 +202,7 @@ def test_each_claim_has_its_own_assumptions(
     )
 
     assert files and own
-    assert all(phrase in last.assumes and phrase not in first.assumes for phrase in own)
+    assert all(phrase in last["assumes"] and phrase not in first["assumes"] for phrase in own)
 
 
 def test_a_cell_that_is_not_proved_is_named(
