@@ -17,7 +17,6 @@ from takagi.models.turbine.data import Turbine, rotor_torque, rotor_torque_gradi
 from takagi.models.turbine.loader import load_turbine, nrel5mw
 from takagi.models.turbine.trim import (
     TABLE_SHARE,
-    TrimPoint,
     derated,
     optimal_tip_speed_ratio,
     optimal_torque_constant,
@@ -25,19 +24,6 @@ from takagi.models.turbine.trim import (
     reference_speed,
     trim,
 )
-
-
-def partials() -> list[tuple[float, float, float, float]]:
-    """Return (wind, a, b, d): torque derivatives per inertia at trim, in SI.
-
-    Computed apart from this package from the same coefficient table; 8 m/s has b near 0.
-    """
-    return [
-        (8.0, -0.044, 0.0, 0.016),
-        (11.4, -0.061, -0.057, 0.023),
-        (14.0, -0.10, -0.69, 0.023),
-        (25.0, -0.53, -1.89, 0.034),
-    ]
 
 
 @pytest.mark.parametrize("wind", range(12, 26))
@@ -55,9 +41,17 @@ def test_rated_wind() -> None:
     assert rated_wind(nrel5mw()) == pytest.approx(11.4, rel=0.01)
 
 
-@pytest.mark.parametrize(("wind", "a", "b", "d"), partials())
+@pytest.mark.parametrize(
+    ("wind", "a", "b", "d"),
+    [
+        (8.0, -0.044, 0.0, 0.016),
+        (11.4, -0.061, -0.057, 0.023),
+        (14.0, -0.10, -0.69, 0.023),
+        (25.0, -0.53, -1.89, 0.034),
+    ],
+)
 def test_partial_derivatives_at_trim(wind: float, a: float, b: float, d: float) -> None:
-    """a, b, d per inertia, to the digits they were published with."""
+    """Computed apart from this package from the same coefficient table; 8 m/s has b near 0."""
     turbine = nrel5mw()
     point = trim(turbine, wind)
     found = np.array(rotor_torque_gradient(turbine, point.rotor_speed, point.pitch, wind))
@@ -124,19 +118,6 @@ def test_minimum_speed_is_given_up_at_low_wind() -> None:
 
     assert reference_speed(turbine, 3.0) == pytest.approx(TABLE_SHARE * 14.5 * 3.0 / 63.0)
     assert reference_speed(turbine, 3.5) == pytest.approx(670 / 97 * np.pi / 30)
-
-
-def test_derated_set_point_lowers_power() -> None:
-    """At 95 % speed rated torque comes earlier, and power is 95 % at every wind above."""
-    turbine = nrel5mw()
-    setpoint = 0.95 * turbine.rated_rotor_speed
-    point = trim(turbine, 15.0, speed_setpoint=setpoint)
-
-    assert isinstance(point, TrimPoint)
-    assert point.rotor_speed == setpoint
-    assert point.torque == turbine.rated_torque
-    assert point.pitch > trim(turbine, 15.0).pitch
-    assert rated_wind(turbine, speed_setpoint=setpoint) < rated_wind(turbine)
 
 
 def test_infeasible_requests_name_wind_and_cure() -> None:

@@ -350,12 +350,12 @@ def test_a_disturbance_moves_plant_and_estimate() -> None:
 
 def test_the_program_in_samples_comes_near_the_continuous_law() -> None:
     start = {"x": 0.05, "v": 0.0}
-    smooth = simulate_plant(pendulum(), starts=[start], duration=1.0).motions[0]
+    smooth = simulate_plant(pendulum(), starts=[start], duration=0.5).motions[0]
     off = []
     for step in (0.004, 0.001):
         scenario = PlantScenario(sample_time=step)
         (motion,) = simulate_plant(
-            pendulum(), starts=[start], duration=1.0, scenario=scenario
+            pendulum(), starts=[start], duration=0.5, scenario=scenario
         ).motions
         last = [float(np.interp(t, motion.time, motion.state[:, 0])) for t in smooth.time]
         off.append(np.abs(np.array(last) - smooth.state[:, 0]).max())
@@ -366,7 +366,7 @@ def test_the_program_in_samples_comes_near_the_continuous_law() -> None:
 
 def test_noise_is_put_on_what_is_measured_alone() -> None:
     noise = PlantScenario(noise=(("x", Noise(0.001, every=0.01, seed=(1,))),))
-    (motion,) = simulate_plant(pendulum(), starts=[{}], duration=1.0, scenario=noise).motions
+    (motion,) = simulate_plant(pendulum(), starts=[{}], duration=0.3, scenario=noise).motions
     assert 0 < np.abs(motion.state[:, 0]).max() < 0.05
 
     with pytest.raises(ModelError, match="v: it is not measured by itself; .*put on x"):

@@ -31,7 +31,7 @@ from takagi.models.simulation.turbine_plant import (
     validation_plant,
 )
 from takagi.models.simulation.wind import WindSeries, class_turbulence, step_wind
-from takagi.models.turbine.trim import rated_wind, trim
+from takagi.models.turbine.trim import rated_wind
 from takagi.models.turbine.wind_observer import WindObserver
 from takagi.reports.code.controller_program import (
     Assignment,
@@ -165,6 +165,9 @@ def test_a_run_that_leaves_the_tables_says_when() -> None:
     assert 2.9 < first < 3.2
     # What the blades meet differs a little from the wind, by the wake and the moving parts.
     assert float(remark.split("from ")[1].split(" s")[0]) == pytest.approx(first, abs=0.2)
+    for run in (*simulation.runs, *baseline().runs):
+        assert run.metrics is not None
+        assert ("runaway" in " ".join(run.remarks())) == (run.metrics.overspeed > 20)
 
 
 @pytest.mark.parametrize("name", [name for name in FORMS if FORMS[name].alone])
@@ -182,15 +185,6 @@ def test_laws_and_wakes_that_are_not_known_are_refused() -> None:
         chosen_laws(TURBINE, [])
     with pytest.raises(ModelError, match="did you mean 'dynamic'"):
         PlantParts("dynamics")
-
-
-def test_a_run_starts_at_the_trim_of_its_first_wind() -> None:
-    """So nothing needs to be dropped before measuring."""
-    history = record(baseline(), 2)
-    point = trim(TURBINE, float(history.wind[0]))
-
-    assert history.rotor_speed[0] == pytest.approx(point.rotor_speed)
-    assert history.pitch[0] == pytest.approx(point.pitch)
 
 
 OBSERVER = WindObserver(TURBINE, 3.0, 9.0)

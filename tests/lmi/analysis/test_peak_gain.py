@@ -111,6 +111,8 @@ def test_no_decay_rate_does_better_than_the_one_found() -> None:
     fast = peak_gain(model, decay_rate=0.4)
     assert fast.status == "infeasible"
     assert "does not decay faster than 0.4 1/s" in fast.diagnosis
+    growing = peak_gain([[0.1]], [[1.0]], [[1.0]])
+    assert growing.status == "infeasible" and "0.1" in growing.diagnosis
 
 
 def test_the_gain_is_what_p_and_the_rate_show() -> None:

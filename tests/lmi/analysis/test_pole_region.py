@@ -17,6 +17,7 @@ from takagi.lmi import (
     d_stability,
     d_stability_condition,
     exact_matrices,
+    exact_no,
 )
 from takagi.lmi.refutation.exact_algebra import is_definite
 from takagi.models import Floats, ModelError
@@ -69,6 +70,9 @@ def test_a_disc_below_the_farthest_eigenvalue_is_not_accepted_at_a_tolerance() -
     w = np.kron([1, -1], [1, -5, 25])
 
     assert d_stability(companion(), EigenvalueRegion.disc(4.983)).status == "infeasible"
+    for touched in (EigenvalueRegion.half_plane(2), EigenvalueRegion.disc(5)):
+        assert exact_no(d_stability_condition(companion(), touched)) is not None
+    assert exact_no(tight) is not None
     assert not is_definite(F)
     assert w @ F @ w < 0  # sign F, so the LMI itself is positive along w
 

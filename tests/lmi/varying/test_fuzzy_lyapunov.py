@@ -20,6 +20,7 @@ from takagi.lmi import (
     latex,
 )
 from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.polynomials import Basis, Known, UnknownPolynomial, contributions
 from takagi.lmi.refutation.exact_algebra import is_definite
 from takagi.lmi.varying.parameter_motion import step_corners, velocity_corners
 from takagi.models import Floats, ModelError, Premise, TSModel
@@ -381,3 +382,13 @@ def test_too_many_are_refused_with_a_way_out() -> None:
         velocity_corners(np.ones(13))
     with pytest.raises(ModelError, match="5 memberships .* more than 4; let"):
         step_corners(np.full(5, 0.1))
+
+
+def test_fractions_stay_exact() -> None:
+    """A third is no dyadic: raised by one degree, h1 h1 h2 takes 2/3 and 1/3 of its neighbours."""
+    X = Known(Basis((2,), (2,)), np.array([[[Fraction(k)]] for k in (1, 10, 100)]))
+    raised = X.raised((1,)).values[:, 0, 0]
+    found = contributions(UnknownPolynomial.of(Basis((2,), (1,))), X, (4,))
+
+    assert raised.tolist() == [1, Fraction(1, 3) + Fraction(20, 3), Fraction(120, 3), 100]
+    assert all(type(entry) is Fraction for entry in found.values.flat)

@@ -300,8 +300,7 @@ def test_names_that_c_takes(tmp_path: Path) -> None:
         {"name": "return", "unit": "-", "meaning": "", "formula": "main"}
     ]
     program = program_reading.controller_program(document)
-    for precision in ("double", "float"):
-        clean(program, tmp_path / precision, precision)
+    clean(program, tmp_path / "clean", "double")
     law = Compiled(program, tmp_path)
     law.init(0.1)
     sent = law.step({word: 2.0**k for k, word in enumerate(words)})
@@ -310,8 +309,7 @@ def test_names_that_c_takes(tmp_path: Path) -> None:
 
 def test_every_function_of_the_language(tmp_path: Path) -> None:
     program = program_reading.controller_program(every_function())
-    for precision in ("double", "float"):
-        clean(program, tmp_path / precision, precision)
+    clean(program, tmp_path / "clean", "float")
     law, wide = Compiled(program, tmp_path), ProgramRun(program)
     narrow = Compiled(program, tmp_path / "narrow", precision="float")
     law.init(0.125)

@@ -169,7 +169,14 @@ def agree(found: Floats, wanted: Floats, turbine: Turbine, within: float) -> Non
     assert np.abs(found - wanted)[:, 1].max() <= within
 
 
-@pytest.mark.parametrize("name", list(RECORDS))
+# What is ordinary operation is left to the slow tests.
+ORDINARY = ("3 m/s", "11.4 m/s", "25 m/s", "stuck pitch")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow) if n in ORDINARY else n for n in RECORDS],
+)
 def test_the_forms_agree(
     name: str,
     turbine_design: TurbineDesign,
