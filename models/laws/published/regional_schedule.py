@@ -141,6 +141,21 @@ class CouplingFilter:
         return low + self._high_weight_at(torque) * (high - low), self.speed_ramp.at(rotor_speed)
 
     @property
+    def torque_slope_range(self) -> tuple[float, float]:
+        """(smallest, largest) slope of T_g f_2 over T_g up to the end of the corners' range.
+
+        ``saturated``: (0, 1).  ``sector``: the largest exceeds 1, and the smallest is below 0.
+        """
+        if self.variant == "saturated":
+            return 0.0, 1.0
+        rising, falling = self._torque_ramps
+        gain = self.rated_torque / self.minimum_torque - 1.0
+        slopes = [1.0]
+        for ramp, sign, offset in ((rising, 1.0, 0.0), (falling, -1.0, 1.0)):
+            slopes += _product_slopes(ramp, sign, offset, gain)
+        return min(slopes), max(slopes)
+
+    @property
     def _torque_ramps(self) -> tuple[Ramp, Ramp]:
         low, high, overlap = self.minimum_torque, self.rated_torque, self.torque_overlap
         return Ramp(low - overlap, overlap, self.shape), Ramp(low, high - low, self.shape)
@@ -196,6 +211,22 @@ def coupling_filter(
         turbine.maximum_torque,
         torque_shape,
     )
+
+
+def _product_slopes(ramp: Ramp, sign: float, offset: float, gain: float) -> list[float]:
+    """Return the slopes of T (1 + gain (offset + sign w(T))) at the ramp's ends and extremum.
+
+    For the smooth ramp d(slope)/ds = 6 sign gain (3 s - 4 s^2 + c (1 - 2 s)), c = start/width,
+    has one root in (0, 1).
+    """
+    c = ramp.start / ramp.width
+    b = 2 * c - 3
+    ramp_points = (0.0, 1.0, (-b + math.sqrt(b * b + 16 * c)) / 8)
+    slopes = []
+    for s in ramp_points:
+        w, by_s = (s, 1.0) if ramp.shape == "linear" else (s * s * (3 - 2 * s), 6 * s * (1 - s))
+        slopes.append(1 + gain * (offset + sign * w) + sign * gain * (c + s) * by_s)
+    return slopes
 
 
 Evaluator: TypeAlias = Callable[[float, float, float], float]
