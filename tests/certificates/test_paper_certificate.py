@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker import check_document
@@ -25,6 +26,7 @@ from takagi.certificates.document.certificate_file import (
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.published.law import (
     PublishedLaw,
+    equilibrium,
     published_law,
 )
 from takagi.models.laws.published.regional_schedule import (
@@ -33,7 +35,7 @@ from takagi.models.laws.published.regional_schedule import (
     regional_schedule,
 )
 from tests.certificates.kinds.claims import sealed
-from tests.paper_models import regional_models
+from tests.paper_models import loop_rate, regional_models
 
 TURBINE = nrel5mw()
 WINDOWS = ((6.0, 6.2), (13.0, 13.06), (20.0, 20.06))
@@ -154,3 +156,35 @@ def test_the_report_reads_every_number_of_the_checkers_words() -> None:
     assert read.proved == WINDOWS
     for number in (read.decay, read.speed_share, read.half_width):
         assert number
+
+
+@pytest.mark.slow
+def test_motions_from_the_boundary_stay_and_settle() -> None:
+    """From V = 1 the real loop stays inside, and approaches its equilibrium at the stated rate."""
+    law, rng = make_law(), np.random.default_rng(7)
+    for found in candidate().cells:
+        cell, P = found.cell, found.P
+        v = float(rng.uniform(*cell.wind))
+        share = (v - cell.wind[0]) / (cell.wind[1] - cell.wind[0])
+        centre = cell.centre[0] + share * (cell.centre[1] - cell.centre[0])
+        point = equilibrium(law, v)
+        rest = np.array([point.rotor_speed, point.pitch, point.integral])
+
+        def norm(z: Any, origin: Any, box: Any = cell.box, P: Any = P) -> float:
+            y = (z - origin) / box
+            return float(np.sqrt(y @ P @ y))
+
+        y = rng.normal(size=len(centre))
+        y[1] = abs(y[1])  # pitch never goes below its smallest
+        start = centre + cell.box * y / np.sqrt(y @ P @ y)
+        assert norm(rest, centre) < 1
+
+        def motion(_: float, z: Any, v: float = v) -> Any:
+            return loop_rate(law, v, z)
+
+        found_path = solve_ivp(motion, (0, 20), start, rtol=1e-9, atol=1e-12, max_step=0.05)
+        path = found_path.y.T
+        assert max(norm(z, centre) for z in path) < 1 + 1e-6
+        first = norm(start, rest)
+        for t, z in zip(found_path.t, path, strict=True):
+            assert norm(z, rest) <= first * np.exp(-found.decay_rate * t) * (1 + 1e-4) + 1e-5

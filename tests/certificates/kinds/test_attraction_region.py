@@ -173,3 +173,26 @@ def test_the_search_finds_most_of_van_der_pols_region() -> None:
 
     assert answer.verdict.name == "PROVED"
     assert area(border(V)) > 1.7 * 6.32
+
+
+def test_starts_in_the_proved_set_converge_and_starts_outside_of_the_region_do_not() -> None:
+    """Runge-Kutta from random points of the set, and from points 30 % outside of its border."""
+
+    def last(starts: Any, time: float) -> Any:
+        h, s = 0.01, starts.T
+        for _ in range(int(time / h)):
+
+            def f(z: Any) -> Any:
+                return np.array([-z[1], z[0] + (z[0] ** 2 - 1) * z[1]])
+
+            k1 = f(s)
+            k2 = f(s + h / 2 * k1)
+            k3 = f(s + h / 2 * k2)
+            s = np.clip(s + h / 6 * (k1 + 2 * k2 + 2 * k3 + f(s + h * k3)), -1e3, 1e3)
+        return np.abs(s).max(axis=0)
+
+    points = border(function(), count=200)
+    shares = np.sqrt(np.random.default_rng(3).uniform(0, 1, len(points)))[:, None]
+
+    assert np.all(last(np.concatenate([points * 0.995, points * shares]), 60) < 1e-2)
+    assert np.all(last(1.5 * points, 20) > 3)

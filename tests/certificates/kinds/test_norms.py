@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
 from takagi.certificates import Verdict
-from takagi.certificates.requests import H2Norm, L2Gain
+from takagi.certificates.requests import H2Norm, L2Gain, Peak
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import hinf_norm
 from takagi.models import TSModel
@@ -175,3 +175,30 @@ def test_one_vertex_has_the_norms_of_its_gramian_and_response(A: Any, discrete: 
     assert truth < noise.claim["norm"] < truth * (1 + 3e-4)
     assert not H2Norm(truth * (1 - 1e-4)).attempt(loop).proved
     assert gain.claim["gain"] >= response * (1 - 1e-9)
+
+
+@pytest.mark.slow
+@settings(max_examples=8, deadline=None)
+@given(matrices, matrices, st.booleans())
+def test_proved_peak_holds_in_simulation(first: Any, second: Any, discrete: bool) -> None:
+    """Blends that jump and a disturbance of full size that switches never exceed the bound."""
+    step = 0.01
+    A = np.array([M * 0.4 if discrete else M - 2.5 * np.eye(2) for M in (first, second)])
+    model = TSModel(
+        A,
+        C=[[[1.0, 0.3]], [[0.7, -0.2]]],
+        E=[[[1.0], [0.5]], [[0.8], [-0.5]]],
+        sample_time=0.1 if discrete else None,
+    )
+    attempt = Peak().attempt(ClaimedLoop.of(model))
+    assert attempt.proved
+
+    draw = np.random.default_rng(1)
+    x, most = np.zeros(2), 0.0
+    for _ in range(1000):
+        h = draw.dirichlet([0.3, 0.3])
+        w = draw.choice([-1.0, 1.0]) * attempt.claim["disturbance_norm"]
+        moved = np.einsum("i,ijk,k->j", h, model.A, x) + h @ model.E[:, :, 0] * w
+        x = moved if discrete else x + step * moved
+        most = max(most, abs(float(h @ model.C[:, 0] @ x)))
+    assert most <= attempt.claim["gain"] * attempt.claim["disturbance_norm"] * 1.01
