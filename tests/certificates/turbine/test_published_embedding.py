@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.turbine.published.loop import Loop
 from takagi.certificates.claims.turbine.published import PublishedCell, PublishedSearch
 from takagi.models import nrel5mw
 from takagi.models.laws.published.law import (
@@ -123,3 +127,17 @@ def test_the_field_at_the_centre_is_within_its_bound(wind: float) -> None:
         middle = cell.centre[0] + t * (cell.centre[1] - cell.centre[0])
         found = np.abs(loop_rate(law, float(v), middle)) / cell.box
         assert np.all(found <= cell.disturbance + 1e-6)
+
+
+def test_the_torque_that_passes_is_that_of_the_coupling_filter() -> None:
+    """Below, along and above the ramp; its ends are where the formulas meet."""
+    coupling = make_law().coupling
+    limit, overlap = coupling.rated_torque, coupling.torque_overlap
+    loop = Loop.__new__(Loop)
+    loop.law = SimpleNamespace(rated_torque=Fraction(limit))  # type: ignore[assignment]
+    loop.overlaps = SimpleNamespace(torque=Fraction(overlap))  # type: ignore[assignment]
+    for torque in limit + overlap * np.linspace(-1, 1, 41):
+        bracket = loop._passed(int(Fraction(torque) * ONE))
+        expected = coupling.factors_at(1.0, torque)[0] * torque
+        assert bracket.low / ONE == pytest.approx(expected, abs=1e-6)
+        assert bracket.low <= bracket.high <= bracket.low + 1e-6 * ONE
