@@ -21,7 +21,6 @@ from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.requests.attraction_region import AttractionRegion
 from takagi.certificates.requests.channel_norms import H2Norm, L2Gain, Peak
 from takagi.certificates.requests.decay import Decay, common_function, faster_function
-from takagi.certificates.requests.exit_probability import ExitProbability
 from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
 from takagi.certificates.requests.invariant_ellipsoid import InputLimits, InvariantEllipsoid
 from takagi.certificates.requests.loop.loop import ClaimedLoop
@@ -34,17 +33,6 @@ from takagi.certificates.requests.sampled_loop import SampledLoop
 from takagi.certificates.requests.transient import Transient
 from takagi.models.errors import ModelError
 
-# Claims that include decay: one P for which V decreases at all blends.
-FALLING = (
-    ExitProbability,
-    GainRounding,
-    H2Norm,
-    InputLimits,
-    InvariantEllipsoid,
-    L2Gain,
-    Peak,
-    Transient,
-)
 METHOD_OF_PAIRS = "rules and means of pairs as vertices; a mean that fails excludes nothing"
 # Blends with shares in halves, quarters and eighths of the rules, or of each premise's weights;
 # their largest number, and how often blends at which a candidate failed are added.
@@ -63,7 +51,7 @@ def attempted(request: Request, loop: ClaimedLoop) -> Attempt:
         # the plant's: blends of one set of weights do not describe the loop.
         return request.attempt(loop)
     pairs = loop.is_double_sum or isinstance(request, ObserverError | ObservedFeedback)
-    falls = isinstance(request, FALLING)
+    falls = request.includes_decay
     points = grid(loop.exact, SHARE_DENOMINATORS[0], MOST_POINTS) if pairs else []
     tried: tuple[str, ...] = ()
     attempt = None

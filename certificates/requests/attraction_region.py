@@ -16,7 +16,7 @@ from takagi.certificates.checker.plant.reading import Variable, read_plant
 from takagi.certificates.document.model_data import as_read, rounded_down, short
 from takagi.certificates.requests.invariant_ellipsoid import set_in_floats
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.certificates.requests.request import Attempt
+from takagi.certificates.requests.request import Attempt, Request
 from takagi.lmi.sums_of_squares.attraction_set import (
     Limited,
     Squares,
@@ -41,7 +41,7 @@ LIFTS = (1.0, 1.002, 1.02, 1.1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class AttractionRegion:
+class AttractionRegion(Request):
     """Every motion from {V <= 1}, V a polynomial, comes to rest within all ranges.
 
     Attributes

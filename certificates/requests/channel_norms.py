@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +20,7 @@ from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
 from takagi.certificates.document.model_data import as_read, floats, rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import best_multiplier, input_bounds, largest_level
-from takagi.certificates.requests.request import Attempt, first_proved, require_positive
+from takagi.certificates.requests.request import Attempt, Request, first_proved, require_positive
 from takagi.lmi.analysis.disturbance.peak_to_peak import largest_eigenvalue
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -169,7 +169,7 @@ GAIN_BACK_OFF = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class L2Gain:
+class L2Gain(Request):
     """|y|_2 <= gain |w|_2 from rest.
 
     Attributes
@@ -180,6 +180,8 @@ class L2Gain:
     disturbance, output, entering : the channel, as in ``channel_evidence``.
     name : of the claim.
     """
+
+    includes_decay: ClassVar[bool] = True
 
     gain: float | None = None
     energy_bound: float | Literal["largest"] | None = None
@@ -254,7 +256,7 @@ SHARES = (0.5, 0.1, 0.9)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class H2Norm:
+class H2Norm(Request):
     """The mean of E|y|^2 over time is at most norm^2 for unit white noise.
 
     Attributes
@@ -263,6 +265,8 @@ class H2Norm:
     disturbance, output, entering : the channel, as in ``channel_evidence``.
     name : of the claim.
     """
+
+    includes_decay: ClassVar[bool] = True
 
     norm: float | None = None
     disturbance: str | None = None
@@ -332,7 +336,7 @@ SHORT = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Peak:
+class Peak(Request):
     """|y| <= gain b at all times, from rest, for every disturbance with |w|_2 <= b.
 
     Attributes
@@ -344,6 +348,8 @@ class Peak:
     disturbance, output, entering : the channel, as in ``channel_evidence``.
     name : of the claim.
     """
+
+    includes_decay: ClassVar[bool] = True
 
     gain: float | None = None
     disturbance_norm: float | None = None

@@ -25,7 +25,7 @@ from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.document.model_data import DIGITS, rounded_down, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.weight_pieces import Point, points_of, weights_at
-from takagi.certificates.requests.request import Attempt, first_proved, require_rate
+from takagi.certificates.requests.request import Attempt, Request, first_proved, require_rate
 from takagi.models.arrays import Floats
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ BACK_OFF = (0.999, 0.99, 0.9, 0.5, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Decay:
+class Decay(Request):
     """V = x'Px decays as exp(-2 alpha t); ``decay_rate`` alpha [1/s], None takes what is found."""
 
     decay_rate: float | None = None
@@ -144,7 +144,7 @@ def _name(loop: ClaimedLoop) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Poles:
+class Poles(Request):
     """Eigenvalues of every blend in ``region``, a ``takagi.lmi.EigenvalueRegion``, in 1/s.
 
     In discrete time they are the eigenvalues of the matrix itself, without a unit: a stable loop

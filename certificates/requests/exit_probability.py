@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +19,7 @@ from takagi.certificates.document.model_data import (
 from takagi.certificates.requests.channel_norms import entrance_of
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import box_rows
-from takagi.certificates.requests.request import Attempt, first_proved, require_positive
+from takagi.certificates.requests.request import Attempt, Request, first_proved, require_positive
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -36,7 +36,7 @@ SLOWER = (1.0, 0.999, 0.99, 0.97, 0.94, 0.9)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ExitProbability:
+class ExitProbability(Request):
     """P(x'Px reaches 1 within the horizon) <= probability, for a set in the model's box.
 
     Attributes
@@ -53,6 +53,8 @@ class ExitProbability:
     P : (n, n), the shape of the set up to a factor, if there are no bounded disturbances; None
         searches it.
     """
+
+    includes_decay: ClassVar[bool] = True
 
     noise: ArrayLike
     horizon: float

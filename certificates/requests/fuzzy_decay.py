@@ -35,6 +35,7 @@ from takagi.certificates.requests.loop.weight_pieces import (
 )
 from takagi.certificates.requests.request import (
     Attempt,
+    Request,
     first_proved,
     require_positive,
     require_rate,
@@ -54,7 +55,7 @@ SHARE_DENOMINATOR, MOST_POINTS, MOST_ROUNDS = 4, 81, 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FuzzyDecay:
+class FuzzyDecay(Request):
     """V = x'P(h)x decays as long as the weights change no faster than the given rates.
 
     Attributes
@@ -287,7 +288,7 @@ GAIN_POLYA = (0, 1, 2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FuzzyL2Gain:
+class FuzzyL2Gain(Request):
     """|y|_2 <= gain |w|_2 from rest, by V = x'P(h)x, while the weights keep the given rates.
 
     Attributes

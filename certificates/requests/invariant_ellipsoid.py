@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,7 +29,7 @@ from takagi.certificates.requests.loop.set_level import (
     largest_level,
     state_halves,
 )
-from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.certificates.requests.request import Attempt, Request, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -48,7 +48,7 @@ MOST_PAIRS = 40
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class InvariantEllipsoid:
+class InvariantEllipsoid(Request):
     """{x'Px <= c} lies in the model's box and is invariant: the largest that is found.
 
     Attributes
@@ -60,6 +60,8 @@ class InvariantEllipsoid:
     disturbance_bounds : (q,) |w_k| <= b_k; None takes w = 0; "box" takes the ranges in the
         model's box, or else the largest share of them for which the set lies in the box of states.
     """
+
+    includes_decay: ClassVar[bool] = True
 
     P: ArrayLike | None = None
     decay_rate: float | None = None
@@ -284,7 +286,7 @@ SPARE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class InputLimits:
+class InputLimits(Request):
     """|u_k| <= limits_k, and bounds of the rates of u, for all starts in an invariant ellipsoid.
 
     u = -K x is the deviation from the input's equilibrium value: an actuator from 0 to 6 V with
@@ -298,6 +300,8 @@ class InputLimits:
     rates : True bounds |u_k'| (or the change in one sample) as well.
     membership_rates : (r,) |h_j'| <= phi_j in 1/s, where gains differ in continuous time.
     """
+
+    includes_decay: ClassVar[bool] = True
 
     limits: ArrayLike | None = None
     P: ArrayLike | None = None

@@ -27,13 +27,13 @@ from takagi.certificates.requests.decay import (
 )
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import SPARE
-from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.certificates.requests.request import Attempt, Request, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ObserverError:
+class ObserverError(Request):
     """The error of an observer with gains L decays.
 
     Attributes
@@ -67,7 +67,7 @@ class ObserverError:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ObservedFeedback:
+class ObservedFeedback(Request):
     """The loop with u = -sum_j h_j K_j xhat decays, xhat from an observer with gains L.
 
     Attributes
@@ -121,7 +121,7 @@ SHARE_OF_RATE, FASTEST = 0.25, 1e6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ObservedLoop:
+class ObservedLoop(Request):
     """Plant and observer stay in {z'Pz <= c}, and V decays; the largest set of starts is searched.
 
     The observer is a part of the gains (``gains.observer`` of the certificate's law).

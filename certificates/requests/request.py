@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import chain
-from typing import Any, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -36,9 +37,16 @@ class Attempt:
         return self.checked.verdict is Verdict.PROVED
 
 
-class Request(Protocol):
-    """A requested claim about a loop: a frozen dataclass whose fields are the requirements."""
+class Request(ABC):
+    """A requested claim about a loop: a frozen dataclass whose fields are the requirements.
 
+    ``includes_decay`` : the claim holds only where one P decreases at all blends of the loop.
+    """
+
+    includes_decay: ClassVar[bool] = False
+    __slots__ = ()
+
+    @abstractmethod
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the best attempt: proved if it can be, else the last one that failed.
 
@@ -46,7 +54,6 @@ class Request(Protocol):
         ------
         ModelError : the request makes no sense for this loop.
         """
-        ...
 
 
 def first_proved(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from takagi.certificates.document.model_data import rounded_down, short
 from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.certificates.requests.request import Attempt, Request, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -27,7 +27,7 @@ HALVINGS = 30
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class GainRounding:
+class GainRounding(Request):
     """The largest errors of all gains, with decay at ``decay_rate`` alpha [1/s].
 
     Attributes
@@ -36,6 +36,8 @@ class GainRounding:
     absolute : (m, n) steps; the largest multiple of them is searched. None searches the largest
         ``relative`` step, which is a fraction of each gain.
     """
+
+    includes_decay: ClassVar[bool] = True
 
     decay_rate: float | None = None
     absolute: ArrayLike | None = None

@@ -14,7 +14,7 @@ from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.invariant_ellipsoid import candidate_set
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import box_rows, largest_level, state_halves
-from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.certificates.requests.request import Attempt, Request, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -38,7 +38,7 @@ SPARE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class SampledLoop:
+class SampledLoop(Request):
     """V = x'Px decreases from sample to sample; the command is held between them.
 
     Attributes

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,7 @@ from takagi.certificates.document.model_data import rounded_down, rounded_up, sh
 from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.set_level import state_halves
-from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.certificates.requests.request import Attempt, Request, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -26,7 +26,7 @@ SPARE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Transient:
+class Transient(Request):
     """|x(t)| <= kappa e^(-alpha t) |x(0)|, and the time to a fraction of the start.
 
     Attributes
@@ -37,6 +37,8 @@ class Transient:
         states have one, else 1.
     name : of the claim.
     """
+
+    includes_decay: ClassVar[bool] = True
 
     settled_share: float = 0.02
     decay_rate: float | None = None
