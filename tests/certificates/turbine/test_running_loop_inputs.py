@@ -294,8 +294,8 @@ def test_pitch_keeps_its_upper_limit(k: int) -> None:
     assert at(cell, law__pitch_max=asked + 1).startswith("pitch beyond its limit")
 
 
-def built(**changed: Any) -> str:
-    cell = cell_of(3)
+def built(cell: Cell | None = None, **changed: Any) -> str:
+    cell = cell or cell_of(3)
     parts = {name: getattr(cell, name) for name in ("plant", "law", "machine", "winds", "sides")}
     try:
         Cell(**(parts | changed))
@@ -352,6 +352,15 @@ def test_a_law_needs_effectiveness() -> None:
     for value in (F(0), F(1, 10**5), F(-1)):
         flat = replace(law, effectiveness=[value] * len(law.wind))
         assert built(law=flat) == "an assumed pitch effectiveness below 0.0005"
+
+
+@pytest.mark.parametrize("k", CELLS)
+def test_the_rest_lies_within_the_efforts_of_the_set(k: int) -> None:
+    """|r| / G is compared with the side; G is nearly the same over both."""
+    cell = cell_of(k)
+    for part, words in ((2, ""), (F(1, 2), "no rest is known to lie near the trim")):
+        sides = replace(cell.sides, effort=part * cell.rest)
+        assert built(cell, sides=sides) == words
 
 
 def test_tables_are_read_between_their_nodes() -> None:
