@@ -166,3 +166,18 @@ def test_each_claim_carries_its_own(resting: dict[str, Any]) -> None:
 def test_a_claim_about_no_turbine_assumes_nothing_here() -> None:
     """Claims of plants say what they rest on in their own words."""
     assert ci_formats.junit(ci_formats.refusal("no"), source="c.json").count("assumes") == 0
+
+
+CONSTANT, MOVING = ("paper-loop", "running-loop", "set-points"), ("coherent-loop", "wind-rate")
+
+
+@pytest.mark.parametrize("kind", TURBINE_KINDS)
+def test_every_claim_about_a_turbine_names_what_its_model_leaves_out(kind: str) -> None:
+    """The running loop alone has a wake with a state and filters of the measured speed."""
+    words = " ".join(class_of(kind).assumes)
+    for phrase in ("rigid shaft, tower and blades", "first-order pitch drive", "continuous time"):
+        assert phrase in words
+    assert ("wake without states" in words) is (kind != "running-loop")
+    assert ("exact speed" in words) is (kind != "running-loop")
+    assert ("constant wind" in words) is (kind in CONSTANT)
+    assert ("estimate from outside" in words) is (kind in (*MOVING, "bumpless"))

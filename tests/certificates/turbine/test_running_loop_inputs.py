@@ -27,11 +27,7 @@ from takagi.certificates.checker.turbine.running_loop.inputs import (
     other_than_the_controller,
 )
 from takagi.certificates.checker.turbine.running_loop.limits import command_rates, limits
-from takagi.certificates.checker.turbine.running_loop.running_claim import (
-    RunningLoop,
-    StatedCell,
-    inside_box,
-)
+from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell, inside_box
 from takagi.certificates.checker.words.running_loop import measured
 from tests.certificates.kinds.claims import Data
 from tests.certificates.recorded.answers import recorded
@@ -147,13 +143,6 @@ def test_a_cell_may_have_a_multiplier_of_each_factor() -> None:
     change = entry(*CLAIM, "cells", 0, "multipliers", value=[row])
     found = StatedCell.read(read(changed(change))["claims"][0]["cells"][0], 10, "cell")
     assert found.multipliers == [row]
-
-
-def test_a_running_loop_assumes_a_rigid_machine_and_no_wake_without_states() -> None:
-    """Its wake has a state; sampling is not in the equations."""
-    words = " ".join(RunningLoop.assumes)
-    assert "constant wind" in words and "rigid shaft" in words and "continuous time" in words
-    assert "wake without states" not in words and "exact speed" not in words
 
 
 def test_the_sentence_names_a_band_stop_that_is_there() -> None:
