@@ -197,11 +197,12 @@ def test_the_bracket_of_the_torque_balance_holds_it() -> None:
     slanted = replace(
         law, speed=[Fraction(n, 100) for n in (121, 124, 122, 127)],
         effectiveness=[Fraction(n, 100) for n in (50, 60, 45, 58)],
+        gamma=[gain * Fraction(n, 10) for gain, n in zip(law.gamma, (10, 7, 12, 9), strict=True)],
     )  # fmt: skip
     efforts = replace(law.setpoints, speed_effort=[Fraction(n, 10) for n in (-2, 3, -1, 1)])
     nodes, columns = (
         np.array(law.wind, dtype=float),
-        (slanted.speed, law.effort, slanted.effectiveness, efforts.speed_effort),
+        (slanted.speed, law.effort, slanted.effectiveness, efforts.speed_effort, slanted.gamma),
     )
     for raw in data["claims"][0]["cells"]:
         cell = Cell.read(raw, "cell")
@@ -212,7 +213,9 @@ def test_the_bracket_of_the_torque_balance_holds_it() -> None:
                 v, r, torque = (
                     rng.choice([*s, rng.uniform(*s)]) for s in np.array(cell.box, dtype=float)
                 )
-                speed, rest, b, s = (np.interp(v, nodes, np.array(c, dtype=float)) for c in columns)
+                speed, rest, b, s, gamma = (
+                    np.interp(v, nodes, np.array(c, dtype=float)) for c in columns
+                )
                 E, eps = float(law.effort_torque), float(law.overlap)
                 U = rest + s * r + (RATED_TORQUE - torque) / E + float(shift)
                 shed = U if U > eps else max(U + eps, 0.0) ** 2 / (4 * eps)
@@ -220,6 +223,15 @@ def test_the_bracket_of_the_torque_balance_holds_it() -> None:
                 balance -= turbine.gear_ratio * (torque - E * (shed - U))
                 excess = float(balance) / turbine.inertia
                 assert bracket[0] - 1e-9 <= excess <= bracket[1] + 1e-9
+                for signal in float(cell.bounds[1]) * np.array([-1, 1]):
+                    effort = U + gamma * signal
+                    share = min(max((effort + eps) / (2 * eps), 0.0), 1.0)
+                    for (low, high), value in (
+                        (loop.reached, effort),
+                        (loop.share, share),
+                        (loop.signal_gain, share * gamma / b),
+                    ):
+                        assert float(low) - 1e-9 <= value <= float(high) + 1e-9
 
 
 def test_each_input_of_the_program_lies_in_a_cell() -> None:
