@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,7 +17,11 @@ from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.checker.kernel.claim_kind import Outcome
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.plant.constant_observer import ConstantObserver
 from takagi.certificates.checker.replay.containment import of_the_plant
 from takagi.certificates.design.plant.design import certify_plant, design_plant
 from takagi.certificates.document.certificate_file import dumps
@@ -209,3 +214,13 @@ def test_references_behind_a_blend_need_its_proof() -> None:
     for reason in ("", "not shown"):
         outcomes = [Outcome(claim), Outcome(claim, reason), Outcome(claim)]
         assert bool(of_the_plant(outcomes, kinds, "here")[2].failure) is bool(reason)
+
+
+def test_an_observer_is_refused_where_an_output_depends_on_an_input() -> None:
+    """D = 0 is what the joint loop of the claim has; another D would be left out of it."""
+    unit = Matrix.identity(1)
+    observer = ConstantObserver(unit, unit, unit, unit, [0], [0])
+    loop = PolytopicLoop((-unit,), B=(unit,), C=(unit,), D=(Matrix.zeros(1, 1),), K=(unit,))
+    assert observer.joint(loop).A[0].shape == (2, 2)
+    with pytest.raises(Refused, match="depends on an input"):
+        observer.joint(replace(loop, D=(Matrix.zeros(1, 1), unit)))
