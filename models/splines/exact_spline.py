@@ -142,8 +142,10 @@ def axis_of(knots: tuple[Fraction, ...]) -> KnotAxis:
         for order in range(MAX_ORDER + 1):
             basis[span, order] = functions
             functions = tuple(polynomial.derivative() / width for polynomial in functions)
-    whole = Fraction(0), Fraction(1)
-    maps = {(span, order): _map(B, DEGREE - order, *whole) for (span, order), B in basis.items()}
+    unit_interval = Fraction(0), Fraction(1)
+    maps = {
+        (span, order): _map(B, DEGREE - order, *unit_interval) for (span, order), B in basis.items()
+    }
     return KnotAxis(knots, spans, tuple(knots[span] for span in spans), basis, maps)
 
 

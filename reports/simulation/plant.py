@@ -377,9 +377,9 @@ def simulated_csv(loop: PlantLoop, motions: Sequence[PlantMotion], scenario: Pla
     """
     parts = _panels(loop, motions, scenario)
     n, m = len(loop.names), len(loop.plant.inputs)
-    wanted = [f"{v.name} wanted [{file_unit(v)[1]}]" for v in loop.plant.inputs if v.range]
+    uncut_commands = [f"{v.name} wanted [{file_unit(v)[1]}]" for v in loop.plant.inputs if v.range]
     heads = ["run [-]", "time [s]", *(label.replace("\n", " ") for label, *_ in parts)]
-    heads[2 + n + m : 2 + n + m] = wanted
+    heads[2 + n + m : 2 + n + m] = uncut_commands
     valued = bool(motions[0].value.size)
     rows: list[Floats] = []
     for k, motion in enumerate(motions):

@@ -254,8 +254,8 @@ def test_the_pieces_are_what_shows_it(name: str) -> None:
     (claim,) = document["claims"]
     assert claim["halvings"]
 
-    whole = {key: value for key, value in claim.items() if key != "halvings"}
-    assert verdicts(resealed({**document, "claims": [whole]})) == ["UNDECIDED"]
+    uncut = {key: value for key, value in claim.items() if key != "halvings"}
+    assert verdicts(resealed({**document, "claims": [uncut]})) == ["UNDECIDED"]
 
 
 @pytest.mark.slow

@@ -157,8 +157,8 @@ def test_the_model_is_the_chain_by_newton() -> None:
     for _ in range(20):
         x, u = draw.uniform(-1, 1, 12) * np.array([1.0, 2.0] * 6), draw.uniform(-10, 10, 1)
         now = model.blend([x[0] ** 2])
-        wanted = cart_chain(x, u, np.zeros(0))
-        np.testing.assert_allclose(now.A @ x + now.B @ u, wanted, atol=1e-9)
+        expected = cart_chain(x, u, np.zeros(0))
+        np.testing.assert_allclose(now.A @ x + now.B @ u, expected, atol=1e-9)
 
 
 @pytest.mark.slow

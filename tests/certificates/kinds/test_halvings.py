@@ -111,8 +111,8 @@ def test_every_kind_is_shown_on_pieces(kind: str, request_: Any, model: TSModel)
 
     assert (claim["kind"], found.verdict) == (kind, Verdict.PROVED)
     # The pieces are what shows it.
-    whole = {key: value for key, value in claim.items() if key != "halvings"}
-    assert verdicts(resealed({**found.document, "claims": [whole]})) == ["UNDECIDED"]
+    uncut = {key: value for key, value in claim.items() if key != "halvings"}
+    assert verdicts(resealed({**found.document, "claims": [uncut]})) == ["UNDECIDED"]
 
 
 @pytest.mark.parametrize(

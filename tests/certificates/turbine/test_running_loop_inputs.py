@@ -428,9 +428,9 @@ LARGE = F(10**6)
 
 def boxed(cell: Cell, **sides: Fraction) -> str:
     """Return which side the unit ball of all ten states leaves; a side that is not given is far."""
-    whole = {name: LARGE for name in Sides.__dataclass_fields__} | {"schedule": F(2)} | sides
+    all_sides = {name: LARGE for name in Sides.__dataclass_fields__} | {"schedule": F(2)} | sides
     span = factors(cell)
-    cell.sides = Sides(**whole)
+    cell.sides = Sides(**all_sides)
     unit = [[F(int(i == j)) for j in range(10)] for i in range(10)]
     return first_failure(inside_box(cell, span, unit))
 

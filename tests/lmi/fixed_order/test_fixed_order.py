@@ -127,25 +127,25 @@ def least_of_any_order(plant: GeneralisedPlant) -> float:
 def test_with_more_states_the_norm_falls_to_that_of_all_controllers() -> None:
     """NN2: a state of the controller's own gains something; two, the plant's order, reach all."""
     system = plant("NN2")
-    least = least_of_any_order(system)
+    least_norm = least_of_any_order(system)
 
     static, first = (hinf_fixed_order(system, order, starts=4) for order in (0, 1))
 
     assert static.gain is not None and first.gain is not None
     assert first.require().order == 1
-    assert least * (1 - 1e-4) < first.gain < 0.99 * static.gain
+    assert least_norm * (1 - 1e-4) < first.gain < 0.99 * static.gain
     assert proved_gain(first) < static.gain
 
 
 @pytest.mark.slow
 def test_the_plants_own_order_reaches_the_least_norm_of_all() -> None:
     system = plant("NN2")
-    least = least_of_any_order(system)
+    least_norm = least_of_any_order(system)
 
     full = hinf_fixed_order(system, 2, starts=6)
 
     assert full.gain is not None
-    assert least * (1 - 1e-4) < full.gain < 1.01 * least
+    assert least_norm * (1 - 1e-4) < full.gain < 1.01 * least_norm
 
 
 @pytest.mark.slow

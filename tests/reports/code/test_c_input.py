@@ -293,16 +293,16 @@ def test_an_estimate_that_is_free_is_not_said_to_be_held(estimator: Compiled) ->
 
 def test_a_rotor_that_is_too_fast_drives_it_to_its_upper_limit(estimator: Compiled) -> None:
     """With pitch at 29 degrees the table's torque is small: no wind explains the speed."""
-    told = held(estimator, 1.4 * RATED, 0.5, 20.0, 40.0)
-    assert not told[0] and told[-1]
+    is_held = held(estimator, 1.4 * RATED, 0.5, 20.0, 40.0)
+    assert not is_held[0] and is_held[-1]
     assert estimator.kept()["v_hat"] >= 37.5 - 0.1
     assert estimator.message(estimator.c.status_bits["ESTIMATE_HELD"]) == HELD
 
 
 def test_beyond_the_winds_of_the_law_it_is_said(estimator: Compiled) -> None:
     """From 25 m/s on the law reads its tables at their end, below the observer's limit."""
-    told = held(estimator, 1.4 * RATED, 0.5, 20.0, 40.0)
-    first = told.index(True)
+    is_held = held(estimator, 1.4 * RATED, 0.5, 20.0, 40.0)
+    first = is_held.index(True)
     held(estimator, 1.4 * RATED, 0.5, 20.0, (first + 1) * T)
     assert 25.0 < estimator.state.outputs.wind_estimate < 25.5
 
@@ -310,8 +310,8 @@ def test_beyond_the_winds_of_the_law_it_is_said(estimator: Compiled) -> None:
 @pytest.mark.parametrize("speed", [0.0, -0.1, 0.05])
 def test_a_rotor_that_stands_or_stalls_is_told(estimator: Compiled, speed: float) -> None:
     """Its tip-speed ratio lies below the table of the torque."""
-    told = held(estimator, speed, 0.0, 8.0, 30.0)
-    assert all(told)
+    is_held = held(estimator, speed, 0.0, 8.0, 30.0)
+    assert all(is_held)
 
 
 def test_pitch_beyond_the_table_is_told(estimator: Compiled) -> None:
